@@ -1,0 +1,2 @@
+//! groundloop
+fn main() {}
