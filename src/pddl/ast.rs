@@ -206,6 +206,32 @@ impl Domain {
     }
 }
 
+/// One step of a plan: an action applied to objects.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Step {
+    /// The action.
+    pub action: Name,
+    /// The objects, in the action's order.
+    pub args: Vec<Name>,
+}
+
+impl Step {
+    /// Makes a step from text, lower-casing every part.
+    pub fn new(action: &str, args: &[&str]) -> Self {
+        Self { action: action.into(), args: args.iter().map(|&a| a.into()).collect() }
+    }
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({}", self.action)?;
+        for arg in &self.args {
+            write!(f, " {arg}")?;
+        }
+        f.write_str(")")
+    }
+}
+
 /// A parsed and checked problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {

@@ -1,0 +1,152 @@
+//! Ground truth for scoring and for labelling examples: which body rests on which.
+//!
+//! The executive side must never see it.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde::Serialize;
+
+use crate::shape::{self, Shape};
+use crate::world::World;
+
+/// Tolerance of heights and offsets, in metres (`ManiSkill` `StackCube`: 5 mm).
+const TOLERANCE_M: f64 = 0.005;
+
+/// The true state of every body, in the order of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Truth {
+    /// Every body.
+    pub bodies: Vec<BodyTruth>,
+}
+
+/// The true state of one body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
+pub struct BodyTruth {
+    /// Name in the scene.
+    pub name: String,
+    /// `block`, `disk`, `peg` or `board`.
+    pub kind: &'static str,
+    /// Centre: metres, world frame.
+    pub position: Point3<f64>,
+    /// Turn about z, in radians.
+    pub yaw_rad: f64,
+    /// Extents in the body's own frame, in metres.
+    pub size_m: Vector3<f64>,
+    /// The body directly below that carries it. For the lowest disk on a peg it is the peg.
+    pub on: Option<String>,
+    /// Whether it rests on the table itself.
+    pub on_table: bool,
+    /// The peg through its hole, also while it is held there.
+    pub peg: Option<String>,
+    /// Whether the gripper holds it.
+    pub held: bool,
+    /// Whether a face points up: false for a tilted block and a disk that lies aslant.
+    pub upright: bool,
+    /// Whether it is at rest.
+    pub still: bool,
+    /// Whether nothing rests on it. Always true for pegs without disks and for boards.
+    pub clear: bool,
+}
+
+impl Truth {
+    /// The truth about the body called `name`.
+    pub fn body(&self, name: &str) -> Option<&BodyTruth> {
+        self.bodies.iter().find(|body| body.name == name)
+    }
+}
+
+impl World {
+    /// Which body rests on which, by geometry.
+    pub fn truth(&self) -> Truth {
+        let supports: Vec<Support> = (0..self.bodies.len()).map(|idx| self.support(idx)).collect();
+        let name = |idx: usize| self.bodies[idx].spec.name.clone();
+        let describe = |(idx, support): (usize, &Support)| {
+            let view = self.view(idx);
+            let (_, _, yaw_rad) = view.world_from_body.rotation.euler_angles();
+            BodyTruth {
+                name: name(idx),
+                kind: view.spec.shape.kind(),
+                position: view.world_from_body.translation.vector.into(),
+                yaw_rad,
+                size_m: view.spec.shape.size_m(),
+                on: support.on.map(name),
+                on_table: support.on_table,
+                peg: support.peg.map(name),
+                held: view.held,
+                upright: shape::is_upright(&view.spec.shape, &view.world_from_body),
+                still: view.still,
+                clear: supports.iter().all(|other| other.on != Some(idx)),
+            }
+        };
+        Truth { bodies: supports.iter().enumerate().map(describe).collect() }
+    }
+
+    /// What carries a body. The held body and pegs and boards are carried by nothing.
+    pub(crate) fn support(&self, idx: usize) -> Support {
+        let view = self.view(idx);
+        let (shape, pose) = (&view.spec.shape, &view.world_from_body);
+        if shape.is_fixed() {
+            return Support::default();
+        }
+        let peg = (0..self.bodies.len()).find(|&other| self.is_around(shape, pose, other));
+        if view.held {
+            return Support { on: None, on_table: false, peg };
+        }
+        let bottom = pose.translation.z - shape.half_height_at(pose);
+        let below = (0..self.bodies.len())
+            .filter(|&other| other != idx && self.carries(other, shape, pose, bottom))
+            .max_by(|&a, &b| self.pose(a).translation.z.total_cmp(&self.pose(b).translation.z));
+        let is_board = |other: usize| matches!(self.bodies[other].spec.shape, Shape::Board { .. });
+        let on = match (below, peg) {
+            (Some(other), Some(peg)) if is_board(other) => Some(peg),
+            (None, Some(peg)) if bottom < TOLERANCE_M => Some(peg),
+            (other, _) => other,
+        };
+        Support { on, on_table: on.is_none() && bottom < TOLERANCE_M, peg }
+    }
+
+    /// Whether a disk at `pose` has the peg `other` through its hole.
+    fn is_around(&self, shape: &Shape, pose: &Isometry3<f64>, other: usize) -> bool {
+        let (Shape::Disk { hole_radius_m, .. }, Shape::Peg { radius_m, height_m }) =
+            (shape, &self.bodies[other].spec.shape)
+        else {
+            return false;
+        };
+        let offset = pose.translation.vector - self.pose(other).translation.vector;
+        offset.xy().norm() < hole_radius_m - radius_m + 0.002 && offset.z < 0.5 * height_m
+    }
+
+    /// Whether the bottom of a body at `pose` is at the top of the body `other`, and above it.
+    fn carries(&self, other: usize, shape: &Shape, pose: &Isometry3<f64>, bottom: f64) -> bool {
+        let below = self.view(other);
+        if below.held || matches!(below.spec.shape, Shape::Peg { .. }) {
+            return false;
+        }
+        let below_pose = &below.world_from_body;
+        let top = below_pose.translation.z + below.spec.shape.half_height_at(below_pose);
+        if (bottom - top).abs() > TOLERANCE_M {
+            return false;
+        }
+        let offset = (pose.translation.vector - below_pose.translation.vector).xy();
+        match below.spec.shape {
+            Shape::Board { size_m } => {
+                offset.x.abs() < 0.5 * size_m[0] && offset.y.abs() < 0.5 * size_m[1]
+            }
+            Shape::Disk { outer_radius_m, .. } => {
+                offset.norm() < outer_radius_m + 0.5 * shape.size_m().x
+            }
+            Shape::Block { size_m } => {
+                offset.norm() <= 0.5 * size_m * std::f64::consts::SQRT_2 + TOLERANCE_M
+            }
+            Shape::Peg { .. } => false,
+        }
+    }
+}
+
+/// What carries a body, by index.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Support {
+    pub(crate) on: Option<usize>,
+    pub(crate) on_table: bool,
+    pub(crate) peg: Option<usize>,
+}

@@ -1,0 +1,436 @@
+//! The physical world: bodies, gripper, time. The only file, with `bodies.rs` and `convert.rs`,
+//! that names rapier.
+
+use nalgebra::{Isometry3, Vector3};
+use rapier3d::prelude::{
+    GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, PhysicsWorld,
+    RigidBodyBuilder, RigidBodyHandle, SpringCoefficients, Vector,
+};
+
+use crate::bodies;
+use crate::config::WorldConfig;
+use crate::convert;
+use crate::faults::Push;
+use crate::grasp::{self, Span};
+use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
+use crate::layout;
+use crate::random::Random;
+use crate::scene::{BodySpec, SceneError, SceneSpec};
+
+/// Steps of the physics in one simulated second.
+pub const STEPS_PER_SECOND: u64 = 240;
+
+const DT: f64 = 1.0 / STEPS_PER_SECOND as f64;
+const SOLVER_ITERATIONS: usize = 4;
+/// Stiffness of contacts. The default of 30 Hz lets a stack of six cubes sag by 8 mm; this is the
+/// stiffest that a quarter of the solver's rate allows, and sags by 0.2 mm.
+const CONTACT_FREQUENCY_HZ: f32 = 0.25 * (SOLVER_ITERATIONS as u64 * STEPS_PER_SECOND) as f32;
+const CONTACT_DAMPING_RATIO: f32 = 10.0;
+/// Size of the objects, which rapier's distances scale with. At 1 m a contact may be kept while a
+/// body moves by 50 mm, and a disk that falls over a peg sticks to its tip in mid-air.
+const LENGTH_UNIT_M: f32 = 0.05;
+/// Stiffness of the grip. Compliant, so that a held disk yields to a peg instead of fighting it,
+/// and stiff enough that an object hangs by 0.2 mm only.
+const GRIP_FREQUENCY_HZ: f32 = 35.0;
+/// An object that is pushed out of its place in the grip by more than this slips out, in metres.
+const SLIP_M: f64 = 0.012;
+/// Opening by more than this beyond a held object's width lets it go, in metres.
+const RELEASE_M: f64 = 0.002;
+/// Deepest overlap a starting arrangement may have, in metres.
+const OVERLAP_MAX_M: f64 = 0.0003;
+const SETTLE_SECONDS_MAX: u64 = 4;
+/// A body slower than this is at rest (`ManiSkill` uses 0.01 m/s and 0.5 rad/s).
+const STILL_M_S: f64 = 0.01;
+const STILL_RAD_S: f64 = 0.1;
+
+/// What holds an object in the gripper.
+#[derive(Debug, Clone)]
+pub(crate) struct Grip {
+    /// Index of the held body.
+    pub(crate) body: usize,
+    joint: ImpulseJointHandle,
+    width_m: f64,
+    /// Gripper from body: where the joint pulls the object to.
+    anchor: Isometry3<f64>,
+}
+
+/// A body and its handle in the physics.
+#[derive(Debug, Clone)]
+pub(crate) struct Body {
+    pub(crate) spec: BodySpec,
+    handle: RigidBodyHandle,
+}
+
+/// The simulated table top.
+///
+/// Everything that happens is a pure function of scene, config, seed and the sequence of commands
+/// and faults. A clone has the same future as its original: clone it to save it, assign to restore.
+pub struct World {
+    physics: PhysicsWorld,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) config: WorldConfig,
+    pub(crate) gripper: Gripper,
+    gripper_handle: RigidBodyHandle,
+    pub(crate) grip: Option<Grip>,
+    pub(crate) random: Random,
+    pub(crate) pushes: Vec<Push>,
+    n_steps: u64,
+    seed: u64,
+}
+
+/// One body as it is now.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyView<'a> {
+    /// Name, shape and colour as the scene has them.
+    pub spec: &'a BodySpec,
+    /// Pose of the body: origin in the middle of the shape, metres, world frame.
+    pub world_from_body: Isometry3<f64>,
+    /// Speed of the body's centre, in metres per second.
+    pub speed_m_s: f64,
+    /// Whether the body rests.
+    pub still: bool,
+    /// Whether the gripper holds it.
+    pub held: bool,
+}
+
+impl World {
+    /// Builds a scene and lets it come to rest. Time is 0 afterwards.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the scene is not sound, two bodies overlap or it does not come to rest.
+    pub fn new(spec: &SceneSpec, config: &WorldConfig, seed: u64) -> Result<Self, SceneError> {
+        let poses = layout::place(spec, seed)?;
+        check_overlaps(spec, &poses)?;
+        let mut physics = empty_physics(config);
+        let gripper = Gripper::at(config.gripper_home);
+        let kinematic = RigidBodyBuilder::kinematic_position_based();
+        let gripper_handle = physics.insert_body(kinematic.pose(convert::pose(&gripper.pose())));
+        let mut insert = |(body, pose): (&BodySpec, &Isometry3<f64>)| {
+            let fixed = body.shape.is_fixed();
+            let rigid = if fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+            let collider = bodies::collider(&body.shape, config);
+            let (handle, _) = physics.insert(rigid.pose(convert::pose(pose)), collider);
+            Body { spec: body.clone(), handle }
+        };
+        let bodies = spec.bodies.iter().zip(&poses).map(&mut insert).collect();
+        let mut world = Self {
+            physics,
+            bodies,
+            config: config.clone(),
+            gripper,
+            gripper_handle,
+            grip: None,
+            random: Random::new(seed, 1),
+            pushes: Vec::new(),
+            n_steps: 0,
+            seed,
+        };
+        world.settle()?;
+        Ok(world)
+    }
+
+    /// Simulated time since the scene was at rest, in nanoseconds.
+    pub fn time_ns(&self) -> u64 {
+        (u128::from(self.n_steps) * 1_000_000_000 / u128::from(STEPS_PER_SECOND)) as u64
+    }
+
+    /// The seed the world was built with.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Simulates until the step nearest to `time_ns`; nothing happens when that is in the past.
+    /// Time is counted in whole steps, so it does not drift.
+    pub fn advance_to(&mut self, time_ns: u64) {
+        let scaled = u128::from(time_ns) * u128::from(STEPS_PER_SECOND) + 500_000_000;
+        let n_steps = (scaled / 1_000_000_000) as u64;
+        while self.n_steps < n_steps {
+            self.step();
+        }
+    }
+
+    /// Gives the gripper a new target. It takes effect with the next step.
+    ///
+    /// # Errors
+    /// [`CommandError`] when a number is not finite or out of range; nothing changes then.
+    pub fn command(&mut self, command: &GripperCommand) -> Result<(), CommandError> {
+        command.check()?;
+        self.gripper.set_target(*command);
+        Ok(())
+    }
+
+    /// What the gripper's sensors tell.
+    pub fn gripper(&self) -> GripperState {
+        GripperState {
+            position: self.gripper.position,
+            yaw_rad: self.gripper.yaw_rad,
+            opening_m: self.gripper.opening_m,
+            holding: self.grip.is_some(),
+            at_target: self.gripper.at_target(self.opening_min_m()),
+            speed_m_s: self.gripper.velocity.norm(),
+        }
+    }
+
+    /// Every body as it is now, in the order of the scene. For drawing, scoring and tests: the
+    /// executive side must not look at it.
+    pub fn bodies(&self) -> impl ExactSizeIterator<Item = BodyView<'_>> {
+        (0..self.bodies.len()).map(|idx| self.view(idx))
+    }
+
+    /// One body as it is now.
+    pub(crate) fn view(&self, idx: usize) -> BodyView<'_> {
+        let body = &self.bodies[idx];
+        let (speed, spin) = self.speeds(idx);
+        BodyView {
+            spec: &body.spec,
+            world_from_body: self.pose(idx),
+            speed_m_s: speed,
+            still: speed < STILL_M_S && spin < STILL_RAD_S,
+            held: self.grip.as_ref().is_some_and(|grip| grip.body == idx),
+        }
+    }
+
+    /// World from body.
+    pub(crate) fn pose(&self, idx: usize) -> Isometry3<f64> {
+        self.physics
+            .bodies
+            .get(self.bodies[idx].handle)
+            .map_or_else(Isometry3::identity, |body| convert::from_pose(body.position()))
+    }
+
+    /// Speed and turning speed of a body, in metres and radians per second.
+    fn speeds(&self, idx: usize) -> (f64, f64) {
+        self.physics.bodies.get(self.bodies[idx].handle).map_or((0.0, 0.0), |body| {
+            (f64::from(body.linvel().length()), f64::from(body.angvel().length()))
+        })
+    }
+
+    /// Index of the body called `name`.
+    pub(crate) fn index_of(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.spec.name == name)
+    }
+
+    /// Puts a body somewhere at rest; whatever rested on it falls.
+    pub(crate) fn put(&mut self, idx: usize, world_from_body: &Isometry3<f64>) {
+        if let Some(body) = self.physics.bodies.get_mut(self.bodies[idx].handle) {
+            body.set_position(convert::pose(world_from_body), true);
+            body.set_linvel(Vector::ZERO, true);
+            body.set_angvel(Vector::ZERO, true);
+        }
+        self.physics.wake_up_all(true);
+    }
+
+    /// Gives a body a push that changes its speed by `change_m_s`.
+    pub(crate) fn kick(&mut self, idx: usize, change_m_s: &Vector3<f64>) {
+        if let Some(body) = self.physics.bodies.get_mut(self.bodies[idx].handle) {
+            let impulse = convert::vector(change_m_s) * body.mass();
+            body.apply_impulse(impulse, true);
+        }
+        self.physics.wake_up_all(true);
+    }
+
+    /// Lets go of the held object, which keeps the gripper's speed and does not turn.
+    pub(crate) fn release(&mut self) {
+        let Some(grip) = self.grip.take() else { return };
+        self.physics.impulse_joints.remove(grip.joint, true);
+        if let Some(body) = self.physics.bodies.get_mut(self.bodies[grip.body].handle) {
+            body.set_linvel(convert::vector(&self.gripper.velocity), true);
+            body.set_angvel(Vector::ZERO, true);
+        }
+        self.physics.wake_up_all(true);
+    }
+
+    fn opening_min_m(&self) -> f64 {
+        self.grip.as_ref().map_or(0.0, |grip| grip.width_m)
+    }
+
+    fn step(&mut self) {
+        let opening_before_m = self.gripper.opening_m;
+        self.gripper.advance(DT, self.opening_min_m());
+        self.update_grip(opening_before_m);
+        let pose = convert::pose(&self.gripper.pose());
+        if let Some(body) = self.physics.bodies.get_mut(self.gripper_handle) {
+            body.set_next_kinematic_position(pose);
+        }
+        self.physics.step();
+        self.slip();
+        self.n_steps += 1;
+        self.push();
+    }
+
+    /// Grasps, centres or lets go of an object as the fingers move.
+    fn update_grip(&mut self, opening_before_m: f64) {
+        let opening_m = self.gripper.opening_m;
+        let moving = self.gripper.velocity != Vector3::zeros();
+        if let Some(grip) = &mut self.grip {
+            if self.gripper.command.opening_m > grip.width_m + RELEASE_M {
+                self.release();
+                return;
+            }
+            // The first finger that touches pushes the object until both do.
+            let play = 0.5 * (opening_m - grip.width_m).max(0.0);
+            let offset = &mut grip.anchor.translation.x;
+            let centred = offset.clamp(-play, play);
+            if centred != *offset {
+                *offset = centred;
+                let frame = convert::pose(&grip.anchor);
+                if let Some(joint) = self.physics.impulse_joints.get_mut(grip.joint, true) {
+                    joint.data.set_local_frame1(frame);
+                }
+            }
+            if moving {
+                self.physics.wake_up(self.bodies[grip.body].handle, true);
+            }
+        } else if opening_m < opening_before_m {
+            let touched = |span: &Span| {
+                let opening = span.touching_opening_m();
+                opening <= opening_before_m
+                    && opening >= opening_m
+                    && span.width_m + RELEASE_M > self.gripper.command.opening_m
+            };
+            let met = (0..self.bodies.len())
+                .filter_map(|idx| self.span(idx).filter(touched).map(|span| (idx, span)))
+                .min_by(|(_, a), (_, b)| a.distance_m.total_cmp(&b.distance_m));
+            if let Some((idx, span)) = met {
+                self.grasp(idx, &span);
+            }
+        }
+    }
+
+    /// The body as the fingers see it, when it can be grasped.
+    fn span(&self, idx: usize) -> Option<Span> {
+        let shape = &self.bodies[idx].spec.shape;
+        if shape.is_fixed() {
+            return None;
+        }
+        grasp::span(shape, &self.gripper.pose(), &self.pose(idx))
+    }
+
+    fn grasp(&mut self, idx: usize, span: &Span) {
+        // The physics moves the gripper's body at the step's end: until then it is one step behind.
+        let anchor = self.gripper.pose().inv_mul(&self.pose(idx));
+        let handle = self.bodies[idx].handle;
+        let joint =
+            self.physics.insert_impulse_joint(self.gripper_handle, handle, grip_joint(&anchor));
+        self.grip = Some(Grip { body: idx, joint, width_m: span.width_m, anchor });
+    }
+
+    /// Lets go of an object that something pushed far out of its place in the grip.
+    fn slip(&mut self) {
+        let Some(grip) = &self.grip else { return };
+        let wanted = self.gripper.pose() * grip.anchor;
+        let is = self.pose(grip.body);
+        if (wanted.translation.vector - is.translation.vector).norm() > SLIP_M {
+            self.release();
+        }
+    }
+
+    /// Simulates until nothing moves, then sets the time to 0.
+    fn settle(&mut self) -> Result<(), SceneError> {
+        const STILL_STEPS: usize = 48;
+        let mut n_still = 0;
+        for _ in 0..SETTLE_SECONDS_MAX * STEPS_PER_SECOND {
+            self.step();
+            let still = self.bodies().all(|body| body.still && body.speed_m_s < 0.2 * STILL_M_S);
+            n_still = if still { n_still + 1 } else { 0 };
+            if n_still == STILL_STEPS {
+                self.n_steps = 0;
+                return Ok(());
+            }
+        }
+        let moving = self.bodies().find(|body| !body.still);
+        let name = moving.map_or_else(String::new, |body| body.spec.name.clone());
+        Err(SceneError::Unsettled { name, seconds: SETTLE_SECONDS_MAX as f64 })
+    }
+}
+
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self {
+            physics: clone_physics(&self.physics),
+            bodies: self.bodies.clone(),
+            config: self.config.clone(),
+            gripper: self.gripper.clone(),
+            gripper_handle: self.gripper_handle,
+            grip: self.grip.clone(),
+            random: self.random.clone(),
+            pushes: self.pushes.clone(),
+            n_steps: self.n_steps,
+            seed: self.seed,
+        }
+    }
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("World")
+            .field("time_ns", &self.time_ns())
+            .field("n_bodies", &self.bodies.len())
+            .field("gripper", &self.gripper())
+            .finish_non_exhaustive()
+    }
+}
+
+/// Physics with gravity, the contact rule above and the table.
+fn empty_physics(config: &WorldConfig) -> PhysicsWorld {
+    let mut physics = PhysicsWorld::new();
+    physics.gravity = Vector::new(0.0, 0.0, -9.81);
+    let contact = SpringCoefficients::new(CONTACT_FREQUENCY_HZ, CONTACT_DAMPING_RATIO);
+    let parameters = &mut physics.integration_parameters;
+    parameters.dt = DT as f32;
+    parameters.num_solver_iterations = SOLVER_ITERATIONS;
+    parameters.contact_softness = contact;
+    parameters.static_contact_softness = contact;
+    parameters.friction_in_bias_pass = false;
+    parameters.length_unit = LENGTH_UNIT_M;
+    physics.insert_collider(bodies::table(config), None);
+    physics
+}
+
+/// A copy with the same future: what is not copied is scratch space.
+fn clone_physics(physics: &PhysicsWorld) -> PhysicsWorld {
+    let mut copy = PhysicsWorld::new();
+    copy.gravity = physics.gravity;
+    copy.integration_parameters = physics.integration_parameters;
+    copy.islands = physics.islands.clone();
+    copy.broad_phase = physics.broad_phase.clone();
+    copy.narrow_phase = physics.narrow_phase.clone();
+    copy.bodies = physics.bodies.clone();
+    copy.colliders = physics.colliders.clone();
+    copy.impulse_joints = physics.impulse_joints.clone();
+    copy.multibody_joints = physics.multibody_joints.clone();
+    copy.soft_bodies = physics.soft_bodies.clone();
+    copy
+}
+
+/// A compliant joint in all six directions that pulls the object to `anchor` in the gripper.
+fn grip_joint(anchor: &Isometry3<f64>) -> GenericJoint {
+    GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES)
+        .local_frame1(convert::pose(anchor))
+        .softness(SpringCoefficients::new(GRIP_FREQUENCY_HZ, 1.0))
+        .build()
+}
+
+/// Refuses a start with bodies inside each other. Fixed bodies may share space with a board.
+fn check_overlaps(spec: &SceneSpec, poses: &[Isometry3<f64>]) -> Result<(), SceneError> {
+    let is_board = |idx: usize| spec.bodies[idx].shape.kind() == "board";
+    for second in 0..poses.len() {
+        for first in 0..second {
+            let (a, b) = (&spec.bodies[first], &spec.bodies[second]);
+            let both_fixed = a.shape.is_fixed() && b.shape.is_fixed();
+            if both_fixed && (is_board(first) || is_board(second)) {
+                continue;
+            }
+            let depth_m = bodies::overlap_m((&a.shape, &poses[first]), (&b.shape, &poses[second]));
+            if depth_m > OVERLAP_MAX_M {
+                return Err(SceneError::Overlap {
+                    first: a.name.clone(),
+                    second: b.name.clone(),
+                    depth_mm: depth_m * 1000.0,
+                });
+            }
+        }
+    }
+    Ok(())
+}

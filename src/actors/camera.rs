@@ -1,0 +1,32 @@
+//! Camera actor: capture, publish.
+
+use super::{ActorError, Chaos};
+use crate::cameras::Camera;
+use crate::transport::convert::{depth_to_bytes, frame_header};
+use crate::transport::topics::{CAMERA_DEPTH, CAMERA_RGB};
+use crate::transport::wire::FrameHeader;
+use crate::transport::{Bus, Outbox};
+
+/// Publishes every frame of a camera: depth first, so that whoever has the pixels has it too.
+///
+/// # Errors
+/// [`ActorError`] when the camera or the bus fails.
+pub async fn serve(
+    bus: Bus,
+    mut camera: Box<dyn Camera>,
+    chaos: Chaos,
+) -> Result<(), ActorError> {
+    let rgb: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB)?;
+    let depth: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_DEPTH)?;
+    loop {
+        let frame = camera.next().await;
+        let Some(frame) = frame.map_err(|e| ActorError::Part { reason: e.to_string() })? else {
+            return Ok(());
+        };
+        chaos.message("camera");
+        if let Some(depth_m) = &frame.depth_m {
+            depth.publish(frame_header(&frame, true), &depth_to_bytes(depth_m))?;
+        }
+        rgb.publish(frame_header(&frame, false), &frame.rgb)?;
+    }
+}

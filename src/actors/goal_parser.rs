@@ -1,0 +1,112 @@
+//! Goal parser actor: asks the goal source until it answers, once per episode.
+
+use std::sync::Arc;
+
+use super::{ActorError, Chaos, Fatal, Keep};
+use crate::detectors::label_of;
+use crate::goals::{GoalObject, GoalSource};
+use crate::grounding::Perception;
+use crate::messages::{GoalMessage, Scene};
+use crate::pddl::{Condition, Name};
+use crate::transport::convert::{Vocabulary, goal_to_wire, scene_from_wire};
+use crate::transport::topics::{GOAL, SCENE};
+use crate::transport::wire::{SceneRecord, TaskHeader};
+use crate::transport::{Bus, Inbox, Outbox};
+
+/// `TaskHeader::verdict` of a goal message that says "not yet".
+pub const GOAL_PENDING: u32 = 1;
+
+/// What the actor is started with; shared by all its incarnations.
+#[derive(Debug)]
+pub struct Args {
+    /// The bus.
+    pub bus: Bus,
+    /// Both ends of the topics agree on this.
+    pub vocabulary: Arc<Vocabulary>,
+    /// Where the goal comes from.
+    pub source: Box<dyn GoalSource>,
+    /// Tells colours in names.
+    pub perception: Perception,
+    /// The answer; it outlives the actor, so that the goal is asked for once.
+    pub keep: Keep<Option<GoalMessage>>,
+    /// Panics on purpose.
+    pub chaos: Chaos,
+}
+
+/// Publishes the goal, as soon as the scenes allow it to be understood; "not yet" before that, for
+/// every scene, so that nobody waits in vain.
+///
+/// # Errors
+/// [`Fatal::BadInput`] when no scene can make the goal understood.
+pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+    let goals: Outbox<TaskHeader, u8> = args.bus.outbox(&GOAL)?;
+    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
+    let mut goal = args.keep.load();
+    loop {
+        if let Some(goal) = &goal {
+            let (header, text) = goal_to_wire(goal, &args.vocabulary);
+            goals.publish(header, &text)?;
+            // The goal is constant. The port stays open for late joiners.
+            return std::future::pending().await;
+        }
+        let message = scenes.newest().await?;
+        args.chaos.message("goal_parser");
+        let scene = scene_from_wire(message.header(), message.records(), &args.vocabulary);
+        let scene = match scene {
+            Ok(scene) => scene,
+            Err(error) => {
+                tracing::warn!(%error, "scene");
+                continue;
+            }
+        };
+        match ask(&args, &scene)? {
+            Some(answer) => {
+                args.keep.store(Some(answer.clone()));
+                goal = Some(answer);
+            }
+            None => {
+                let nothing = GoalMessage { goal: Condition::True, named: Vec::new() };
+                let (mut header, _) = goal_to_wire(&nothing, &args.vocabulary);
+                (header.cycle, header.verdict) = (scene.cause.cycle, GOAL_PENDING);
+                goals.publish(header, &[])?;
+            }
+        }
+    }
+}
+
+/// Asks the source; `None` when another look may help.
+fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, Fatal> {
+    let objects: Vec<GoalObject> = scene
+        .objects
+        .iter()
+        .map(|object| GoalObject {
+            name: object.name.clone(),
+            type_name: object.type_name.clone(),
+            colour: colour_of(&args.perception, object),
+            pixel_box: object.pixel_box,
+        })
+        .collect();
+    match args.source.read(&args.vocabulary.domain, &objects) {
+        Ok(parsed) => {
+            // An answer before the scene has settled could mistake objects for missing ones.
+            let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
+            if !settled {
+                return Ok(None);
+            }
+            for note in &parsed.notes {
+                tracing::info!(note, "goal");
+            }
+            Ok(Some(GoalMessage::new(parsed.goal, parsed.expected, &scene.typed_objects())))
+        }
+        Err(error) if error.may_resolve_later() => {
+            tracing::debug!(%error, "the goal waits for another look");
+            Ok(None)
+        }
+        Err(error) => Err(Fatal::BadInput { message: error.to_string() }),
+    }
+}
+
+fn colour_of(perception: &Perception, object: &crate::scene::SceneObject) -> Option<Name> {
+    let spec = perception.type_spec(&object.type_name)?;
+    label_of(spec, &object.name).cloned()
+}

@@ -1,0 +1,78 @@
+//! Actors: each receives, makes one pure call, and sends. Supervision is ractor's; data never is.
+
+mod keep;
+mod chaos;
+mod lifecycle;
+mod supervisor;
+pub mod camera;
+pub mod scene_parser;
+pub mod goal_parser;
+pub mod planner;
+pub mod skill_executor;
+pub mod robot;
+pub mod snapshot;
+
+use thiserror::Error;
+
+use crate::transport::TransportError;
+use crate::transport::convert::WireError;
+
+pub use chaos::Chaos;
+pub use keep::Keep;
+pub use lifecycle::{DataLoop, Serve};
+pub use supervisor::{ActorSpec, Supervision, supervise};
+
+/// Why an actor's data loop ended.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ActorError {
+    /// The bus failed; a restart opens it anew.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// Something could not be written to the bus.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    /// The loop panicked; a restart goes on from the last checkpoint.
+    #[error("panicked: {message}")]
+    Panicked {
+        /// What it said.
+        message: String,
+    },
+    /// A part failed; a restart tries again.
+    #[error("{reason}")]
+    Part {
+        /// Why.
+        reason: String,
+    },
+    /// No restart can help.
+    #[error(transparent)]
+    Fatal(#[from] Fatal),
+}
+
+/// What ends an episode without a verdict.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Fatal {
+    /// A required device or service is missing: exit code 5.
+    #[error("{what} is missing: {how}")]
+    Missing {
+        /// What.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+    /// The goal or another input is not usable: exit code 2.
+    #[error("{message}")]
+    BadInput {
+        /// What is wrong with it.
+        message: String,
+    },
+    /// An actor failed more often than `supervisor.restarts_max`: exit code 1.
+    #[error("{actor} failed {failures} times (supervisor.restarts_max): {reason}")]
+    Restarts {
+        /// The actor.
+        actor: &'static str,
+        /// How often it failed.
+        failures: u32,
+        /// The last failure.
+        reason: String,
+    },
+}

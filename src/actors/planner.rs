@@ -1,0 +1,126 @@
+//! Planner actor: newest scene in, plan out, every cycle.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::goal_parser::GOAL_PENDING;
+use super::{ActorError, Chaos, Keep};
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
+use crate::pddl::Step;
+use crate::planners::Replanner;
+use crate::telemetry::monotonic_ns;
+use crate::transport::convert::{
+    Vocabulary, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
+};
+use crate::transport::topics::{GOAL, OUTCOME, PLAN, SCENE};
+use crate::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
+use crate::transport::{Bus, Inbox, Outbox, TransportError};
+
+/// What the actor is started with; shared by all its incarnations.
+#[derive(Debug)]
+pub struct Args {
+    /// The bus.
+    pub bus: Bus,
+    /// Both ends of the topics agree on this.
+    pub vocabulary: Arc<Vocabulary>,
+    /// Memory that outlives the actor.
+    pub keep: Keep<Memory>,
+    /// Panics on purpose.
+    pub chaos: Chaos,
+}
+
+/// Memory that outlives the actor.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    replanner: Replanner,
+    goal: Option<GoalMessage>,
+    failures: BTreeMap<Step, u32>,
+    last_outcome: Option<u64>,
+    last_cycle: Option<u64>,
+}
+
+impl Memory {
+    /// Nothing has been planned yet.
+    pub fn new(replanner: Replanner) -> Self {
+        let (goal, failures) = (None, BTreeMap::new());
+        Self { replanner, goal, failures, last_outcome: None, last_cycle: None }
+    }
+}
+
+/// Plans from every newest scene to the constant goal.
+///
+/// # Errors
+/// [`ActorError`] when the bus fails.
+pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
+    let mut goals: Inbox<TaskHeader, u8> = args.bus.inbox(&GOAL)?;
+    let mut outcomes: Inbox<TaskHeader, OutcomeRecord> = args.bus.inbox(&OUTCOME)?;
+    let plans: Outbox<TaskHeader, StepRecord> = args.bus.outbox(&PLAN)?;
+    let mut memory = args.keep.load();
+    loop {
+        let scene = {
+            let message = scenes.newest().await?;
+            match scene_from_wire(message.header(), message.records(), &args.vocabulary) {
+                Ok(scene) => scene,
+                Err(error) => {
+                    tracing::warn!(%error, "scene");
+                    continue;
+                }
+            }
+        };
+        if memory.last_cycle == Some(scene.cause.cycle) {
+            continue; // a restarted scene parser's history
+        }
+        args.chaos.message("planner");
+        memory.hear(&mut outcomes, &args.vocabulary)?;
+        while memory.goal.is_none() {
+            let message = goals.newest().await?;
+            let header = message.header();
+            if header.verdict == GOAL_PENDING {
+                if header.cycle >= scene.cause.cycle {
+                    break;
+                }
+                continue;
+            }
+            match goal_from_wire(header, message.records(), &args.vocabulary) {
+                Ok(goal) => memory.goal = Some(goal),
+                Err(error) => tracing::warn!(%error, "goal"),
+            }
+        }
+        let plan = tokio::task::block_in_place(|| memory.plan(&scene));
+        let (header, records) = plan_to_wire(&plan, &args.vocabulary)?;
+        plans.publish(header, &records)?;
+        memory.last_cycle = Some(scene.cause.cycle);
+        args.keep.store(memory.clone());
+    }
+}
+
+impl Memory {
+    fn hear(
+        &mut self,
+        outcomes: &mut Inbox<TaskHeader, OutcomeRecord>,
+        vocabulary: &Vocabulary,
+    ) -> Result<(), TransportError> {
+        while let Some(message) = outcomes.poll_next()? {
+            match outcome_from_wire(message.header(), message.records(), vocabulary) {
+                Ok(outcome) if self.last_outcome.is_none_or(|last| last < outcome.sequence) => {
+                    self.last_outcome = Some(outcome.sequence);
+                    self.failures.insert(outcome.step, outcome.failures);
+                }
+                Ok(_) => {}
+                Err(error) => tracing::warn!(%error, "outcome"),
+            }
+        }
+        Ok(())
+    }
+
+    fn plan(&mut self, scene: &Scene) -> PlanMessage {
+        let started_ns = monotonic_ns();
+        let verdict = match &self.goal {
+            Some(goal) => self.replanner.replan(scene, goal, &self.failures),
+            None => PlanVerdict::Missing { objects: Vec::new() },
+        };
+        let plan_us = u32::try_from((monotonic_ns() - started_ns) / 1000).unwrap_or(u32::MAX);
+        PlanMessage { cause: scene.cause, verdict, plan_us }
+    }
+}

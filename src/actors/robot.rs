@@ -1,0 +1,77 @@
+//! Robot actor: commands in; time passes; statuses and state out.
+
+use super::{ActorError, Chaos};
+use crate::messages::Command;
+use crate::robots::Robot;
+use crate::transport::convert::{
+    command_from_wire, device_header, robot_state_to_wire, status_to_wire,
+};
+use crate::transport::topics::{ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS};
+use crate::transport::wire::{CommandRecord, DeviceHeader, RobotStateRecord, StatusRecord};
+use crate::transport::{Bus, Inbox, Outbox, Received};
+
+struct Ports {
+    commands: Inbox<DeviceHeader, CommandRecord>,
+    states: Outbox<DeviceHeader, RobotStateRecord>,
+    statuses: Outbox<DeviceHeader, StatusRecord>,
+}
+
+/// Hosts a robot.
+///
+/// What it has to say goes out before the next frame may be captured, so that whoever sees the
+/// frame has heard it.
+///
+/// # Errors
+/// [`ActorError`] when the bus fails.
+pub async fn serve(bus: Bus, mut robot: Box<dyn Robot>, chaos: Chaos) -> Result<(), ActorError> {
+    let mut ports = Ports {
+        commands: bus.inbox(&ROBOT_COMMAND)?,
+        states: bus.outbox(&ROBOT_STATE)?,
+        statuses: bus.outbox(&ROBOT_STATUS)?,
+    };
+    let mut ticks = robot.period().map(tokio::time::interval);
+    if let Some(ticks) = &mut ticks {
+        ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    }
+    publish(&ports, &mut *robot)?;
+    loop {
+        let command = match &mut ticks {
+            Some(ticks) => tokio::select! {
+                command = ports.commands.next() => Some(command?),
+                _ = ticks.tick() => None,
+            },
+            None => Some(ports.commands.next().await?),
+        };
+        match command.as_ref().map(read) {
+            Some(Some(command)) => {
+                chaos.message("robot");
+                tokio::task::block_in_place(|| robot.accept(&command));
+            }
+            Some(None) => continue,
+            None => tokio::task::block_in_place(|| robot.tick()),
+        }
+        publish(&ports, &mut *robot)?;
+    }
+}
+
+fn read(received: &Received<DeviceHeader, CommandRecord>) -> Option<Command> {
+    match command_from_wire(received.header(), received.records()) {
+        Ok(command) => Some(command),
+        Err(error) => {
+            tracing::warn!(%error, "robot/command");
+            None
+        }
+    }
+}
+
+fn publish(ports: &Ports, robot: &mut dyn Robot) -> Result<(), ActorError> {
+    for status in robot.pending() {
+        let header = device_header(status.sequence, status.capture_ns);
+        ports.statuses.publish(header, &[status_to_wire(&status)])?;
+    }
+    let (sequence, state) = robot.state();
+    let header = device_header(sequence, state.capture_ns);
+    ports.states.publish(header, &[robot_state_to_wire(&state)])?;
+    robot.published();
+    Ok(())
+}

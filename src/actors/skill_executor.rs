@@ -1,0 +1,207 @@
+//! Skill executor actor: hosts the executive; every plan gets one command.
+
+use std::sync::Arc;
+
+use tokio::sync::watch;
+
+use super::scene_parser::fresh;
+use super::{ActorError, Chaos, Keep};
+use crate::config::ClockKind;
+use crate::eval::{EpisodeEnd, Tally};
+use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Note, Stop};
+use crate::messages::{PlanMessage, RobotState, Scene};
+use crate::telemetry::monotonic_ns;
+use crate::transport::convert::{
+    Vocabulary, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
+    robot_state_from_wire, scene_from_wire, status_from_wire,
+};
+use crate::transport::topics::{
+    OUTCOME, PLAN, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+};
+use crate::transport::wire::{
+    CommandRecord, DeviceHeader, OutcomeRecord, RobotStateRecord, SceneRecord, StatusRecord,
+    StepRecord, TaskHeader,
+};
+use crate::transport::{Bus, Inbox, Outbox, TransportError};
+
+/// Hears what people should be told; the cycle comes with it.
+pub type Narrate = Arc<dyn Fn(u64, u64, &Note) + Send + Sync>;
+
+/// What the actor is started with; shared by all its incarnations.
+#[expect(missing_debug_implementations, reason = "holds a closure")]
+pub struct Args {
+    /// The bus.
+    pub bus: Bus,
+    /// Both ends of the topics agree on this.
+    pub vocabulary: Arc<Vocabulary>,
+    /// What does not change.
+    pub config: Arc<ExecutiveConfig>,
+    /// Which clock scenes are aged by.
+    pub clock: ClockKind,
+    /// Hears what people should be told (frame's capture stamp in ns, cycle, note).
+    pub narrate: Narrate,
+    /// Stops the episode from outside.
+    pub stop: watch::Receiver<Option<Stop>>,
+    /// Where the episode's end is announced.
+    pub end: watch::Sender<Option<EpisodeEnd>>,
+    /// Memory that outlives the actor.
+    pub keep: Keep<Memory>,
+    /// Panics on purpose.
+    pub chaos: Chaos,
+}
+
+/// Memory that outlives the actor.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    executive: Executive,
+    tally: Tally,
+    scene: Option<Scene>,
+    robot: Option<RobotState>,
+    n_commands: u64,
+    last_cycle: Option<u64>,
+    last_status: Option<u64>,
+}
+
+struct Ports {
+    plans: Inbox<TaskHeader, StepRecord>,
+    scenes: Inbox<TaskHeader, SceneRecord>,
+    states: Inbox<DeviceHeader, RobotStateRecord>,
+    statuses: Inbox<DeviceHeader, StatusRecord>,
+    commands: Outbox<DeviceHeader, CommandRecord>,
+    outcomes: Outbox<TaskHeader, OutcomeRecord>,
+}
+
+/// Answers every plan with one command, until the episode has ended.
+///
+/// # Errors
+/// [`ActorError`] when the bus fails.
+pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+    let bus = &args.bus;
+    let mut ports = Ports {
+        plans: bus.inbox(&PLAN)?,
+        scenes: bus.inbox(&SCENE)?,
+        states: bus.inbox(&ROBOT_STATE)?,
+        statuses: bus.inbox(&ROBOT_STATUS)?,
+        commands: bus.outbox(&ROBOT_COMMAND)?,
+        outcomes: bus.outbox(&OUTCOME)?,
+    };
+    let mut stop = args.stop.clone();
+    let mut memory = args.keep.load();
+    loop {
+        let plan = tokio::select! {
+            biased;
+            stopped = stop.wait_for(Option::is_some) => {
+                let why = stopped.ok().and_then(|why| *why).unwrap_or(Stop::Terminate);
+                return memory.halt(&args, &ports, why);
+            }
+            message = ports.plans.newest() => {
+                let message = message?;
+                plan_from_wire(message.header(), message.records(), &args.vocabulary)
+            }
+        };
+        let plan = match plan {
+            Ok(plan) if memory.last_cycle != Some(plan.cause.cycle) => plan,
+            Ok(_) => continue, // a restarted planner's history
+            Err(error) => {
+                tracing::warn!(%error, "plan");
+                continue;
+            }
+        };
+        args.chaos.message("skill_executor");
+        let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
+        memory.publish(&args, &ports, &decision)?;
+        let ended = memory.account(&args, &plan, &decision);
+        args.keep.store(memory.clone());
+        if ended {
+            return Ok(());
+        }
+    }
+}
+
+impl Memory {
+    /// Gathers what has arrived and decides; `None` while no scene has come.
+    fn decide(
+        &mut self,
+        args: &Args,
+        ports: &mut Ports,
+        plan: &PlanMessage,
+    ) -> Result<Option<Decision>, TransportError> {
+        if let Some(message) = ports.scenes.drain_newest()? {
+            match scene_from_wire(message.header(), message.records(), &args.vocabulary) {
+                Ok(scene) => self.scene = Some(scene),
+                Err(error) => tracing::warn!(%error, "scene"),
+            }
+        }
+        if let Some(message) = ports.states.drain_newest()? {
+            match robot_state_from_wire(message.header(), message.records()) {
+                Ok(state) => self.robot = Some(state),
+                Err(error) => tracing::warn!(%error, "robot/state"),
+            }
+        }
+        let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
+        let Some(scene) = &self.scene else { return Ok(None) };
+        let now_ns = match args.clock {
+            ClockKind::Lockstep => scene.cause.capture_ns,
+            ClockKind::Realtime => monotonic_ns(),
+        };
+        let robot = self.robot.as_ref();
+        let input = CycleInput { scene, plan, robot, statuses: &statuses, now_ns };
+        Ok(Some(self.executive.on(&args.config, &input)))
+    }
+
+    fn publish(
+        &mut self,
+        args: &Args,
+        ports: &Ports,
+        decision: &Decision,
+    ) -> Result<(), ActorError> {
+        for outcome in &decision.outcomes {
+            let (header, record) = outcome_to_wire(outcome, &args.vocabulary)?;
+            ports.outcomes.publish(header, &[record])?;
+        }
+        let header = device_header(self.n_commands, decision.command.capture_ns);
+        ports.commands.publish(header, &[command_to_wire(&decision.command)?])?;
+        self.n_commands += 1;
+        Ok(())
+    }
+
+    /// Books latencies, tells people, and announces the end; returns whether it has come.
+    fn account(&mut self, args: &Args, plan: &PlanMessage, decision: &Decision) -> bool {
+        self.last_cycle = Some(plan.cause.cycle);
+        if let Some(scene) = &self.scene {
+            self.tally.count(scene, plan, decision, monotonic_ns());
+        }
+        let cause = &plan.cause;
+        for note in &decision.notes {
+            (args.narrate)(cause.capture_ns, cause.cycle, note);
+        }
+        if decision.verdict.is_some() {
+            self.announce(args, decision);
+        }
+        decision.verdict.is_some()
+    }
+
+    /// Stops from outside: the robot holds, and the verdict so far is announced.
+    fn halt(mut self, args: &Args, ports: &Ports, why: Stop) -> Result<(), ActorError> {
+        let cause = self.scene.as_ref().map(|s| s.cause).unwrap_or_default();
+        let decision = self.executive.stop(cause.frame_sequence, cause.capture_ns, why);
+        self.publish(args, ports, &decision)?;
+        for note in &decision.notes {
+            (args.narrate)(cause.capture_ns, cause.cycle, note);
+        }
+        self.announce(args, &decision);
+        Ok(())
+    }
+
+    fn announce(&self, args: &Args, decision: &Decision) {
+        let Some(verdict) = decision.verdict.clone() else { return };
+        let end = EpisodeEnd {
+            verdict,
+            counts: self.executive.counts,
+            tally: self.tally.clone(),
+            remaining: self.executive.remaining().to_vec(),
+            scene: self.scene.clone(),
+        };
+        args.end.send_replace(Some(end));
+    }
+}

@@ -1,0 +1,170 @@
+//! Snapshot actor: a viewer like any other. It reads pixels, scene, plan and goal from the bus and
+//! draws one cycle.
+
+use std::sync::Arc;
+
+use image::RgbImage;
+
+use super::ActorError;
+use crate::app::SnapshotRequest;
+use crate::detectors::label_of;
+use crate::grounding::Perception;
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
+use crate::pddl::{Bindings, Condition, Universe, evaluate};
+use crate::picture::{EdgeMark, GoalMark, ObjectMark, PictureInput, draw};
+use crate::scene::Facts;
+use crate::transport::convert::{
+    Vocabulary, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
+};
+use crate::transport::topics::{CAMERA_RGB, GOAL, PLAN, SCENE};
+use crate::transport::wire::{FrameHeader, SceneRecord, StepRecord, TaskHeader};
+use crate::transport::{Bus, Inbox};
+
+/// What the actor is started with.
+#[derive(Debug)]
+pub struct Args {
+    /// The bus.
+    pub bus: Bus,
+    /// Both ends of the topics agree on this.
+    pub vocabulary: Arc<Vocabulary>,
+    /// Tells colours, and which predicates order rather than relate.
+    pub perception: Perception,
+    /// The goal in the user's words.
+    pub instruction: String,
+    /// What is wanted.
+    pub request: SnapshotRequest,
+}
+
+/// Draws the first settled cycle with a plan, from the one asked for on.
+///
+/// # Errors
+/// [`ActorError`] when the bus fails or the picture cannot be written.
+pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+    let mut frames: Inbox<FrameHeader, u8> = args.bus.inbox(&CAMERA_RGB)?;
+    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
+    let mut plans: Inbox<TaskHeader, StepRecord> = args.bus.inbox(&PLAN)?;
+    let mut goals: Inbox<TaskHeader, u8> = args.bus.inbox(&GOAL)?;
+    let mut pictures: Vec<(u64, RgbImage)> = Vec::new();
+    let mut known: Vec<Scene> = Vec::new();
+    let mut goal = None;
+    loop {
+        let frame = frames.next().await?;
+        pictures.extend(picture_of(frame.header(), frame.records()));
+        drop(frame);
+        while let Some(message) = scenes.poll_next()? {
+            known.extend(scene_from_wire(message.header(), message.records(), &args.vocabulary));
+        }
+        while let Some(message) = goals.poll_next()? {
+            let text = message.records();
+            goal = goal_from_wire(message.header(), text, &args.vocabulary).ok().or(goal);
+        }
+        while let Some(message) = plans.poll_next()? {
+            let plan = plan_from_wire(message.header(), message.records(), &args.vocabulary);
+            let (Ok(plan), Some(goal)) = (plan, &goal) else { continue };
+            let (cycle, sequence) = (plan.cause.cycle, plan.cause.frame_sequence);
+            let scene = known.iter().find(|s| s.cause.cycle == cycle && s.unsettled == 0);
+            let picture = pictures.iter().find(|(s, _)| *s == sequence);
+            if let (Some(scene), Some((_, picture))) = (scene, picture)
+                && cycle >= args.request.from_cycle
+                && matches!(&plan.verdict, PlanVerdict::Plan { steps, .. } if !steps.is_empty())
+            {
+                return write(&args, picture, scene, &plan, goal);
+            }
+        }
+        pictures.drain(..pictures.len().saturating_sub(KEPT));
+        known.drain(..known.len().saturating_sub(KEPT));
+    }
+}
+
+/// Frames and scenes that are kept until the plan that rests on them has come.
+const KEPT: usize = 4;
+
+fn picture_of(header: &FrameHeader, payload: &[u8]) -> Option<(u64, RgbImage)> {
+    let view = frame_from_wire(header, payload).ok()?;
+    let image = RgbImage::from_raw(view.width, view.height, view.rgb.to_vec())?;
+    Some((header.sequence, image))
+}
+
+fn write(
+    args: &Args,
+    picture: &RgbImage,
+    scene: &Scene,
+    plan: &PlanMessage,
+    goal: &GoalMessage,
+) -> Result<(), ActorError> {
+    let part = |reason: String| ActorError::Part { reason };
+    let facts = scene.confirmed();
+    let objects = objects(args, scene, &facts);
+    let edges = edges(args, &facts);
+    let goals = goal_marks(args, scene, &facts, goal);
+    let steps: Vec<String> = match &plan.verdict {
+        PlanVerdict::Plan { steps, .. } => steps.iter().map(ToString::to_string).collect(),
+        _ => Vec::new(),
+    };
+    let seconds = scene.cause.capture_ns as f64 / 1e9;
+    let caption = [
+        ("cycle".to_owned(), scene.cause.cycle.to_string()),
+        ("time".to_owned(), format!("{seconds:.1} s")),
+        ("plan".to_owned(), format!("{} steps", steps.len())),
+    ];
+    let input = PictureInput {
+        view: None,
+        title: args.vocabulary.domain.name.as_str(),
+        instruction: &args.instruction,
+        caption: &caption,
+        goal: &goals,
+        plan: &steps,
+        step_idx: Some(0),
+        objects: &objects,
+        edges: &edges,
+    };
+    let drawn = draw(picture, &input).map_err(|e| part(e.to_string()))?;
+    let path = &args.request.path;
+    drawn.save(path).map_err(|e| part(format!("{}: {e}", path.display())))
+}
+
+fn objects(args: &Args, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {
+    let marks = scene.objects.iter().map(|object| {
+        let spec = args.perception.type_spec(&object.type_name);
+        let label = spec.and_then(|spec| label_of(spec, &object.name));
+        let shades = label.and_then(|label| args.perception.colours.get(label));
+        let unary = facts.known.iter().filter(|a| a.args.len() == 1 && a.args[0] == object.name);
+        ObjectMark {
+            name: object.name.clone(),
+            pixel_box: object.pixel_box,
+            colour: shades.and_then(|shades| shades.first()).map(|shade| shade.0),
+            visibility: object.visibility,
+            facts: unary.map(|atom| atom.predicate.to_string()).collect(),
+        }
+    });
+    marks.collect()
+}
+
+/// Binary facts, without those that only order things: they would hide everything else.
+fn edges(args: &Args, facts: &Facts) -> Vec<EdgeMark> {
+    let orders = &args.perception.constraints.strict_order;
+    let binary = facts.known.iter().filter(|atom| !orders.contains(&atom.predicate));
+    let edges = binary.filter_map(|atom| match atom.args.as_slice() {
+        [from, to] => Some(EdgeMark {
+            predicate: atom.predicate.clone(),
+            from: from.clone(),
+            to: to.clone(),
+        }),
+        _ => None,
+    });
+    edges.collect()
+}
+
+fn goal_marks(args: &Args, scene: &Scene, facts: &Facts, goal: &GoalMessage) -> Vec<GoalMark> {
+    let parts = match &goal.goal {
+        Condition::And(parts) => parts.clone(),
+        other => vec![other.clone()],
+    };
+    let objects = scene.typed_objects();
+    let universe = Universe { types: &args.vocabulary.domain.types, objects: &objects };
+    let marks = parts.iter().map(|part| GoalMark {
+        text: part.to_string(),
+        holds: evaluate(part, &Bindings::new(), &universe, &|atom| facts.truth(atom)),
+    });
+    marks.collect()
+}

@@ -1,0 +1,253 @@
+//! From a run file to actors that are ready to start.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::watch;
+
+use crate::actors::{
+    ActorError, ActorSpec, Chaos, Keep, Serve, camera, goal_parser, planner, robot, scene_parser,
+    skill_executor,
+};
+use crate::config::{
+    CameraKind, ConfigError, DomainFolder, RobotKind, RunConfig,
+};
+use crate::detectors::Detector;
+use crate::eval::EpisodeEnd;
+use crate::executive::{ExecutiveConfig, Stop};
+use crate::goals::{self, GoalSettings};
+use crate::grounding::Exemplar;
+use crate::messages::GoalMessage;
+use crate::planners::{PLANNERS, Replanner};
+use crate::scene_parser::ParserConfig;
+use crate::skills::SkillBook;
+use crate::transport::Bus;
+use crate::transport::convert::Vocabulary;
+
+/// A run file with everything that it names, read and checked.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The run file.
+    pub config: RunConfig,
+    /// Its domain.
+    pub folder: Arc<DomainFolder>,
+    examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
+    skills: SkillBook,
+}
+
+/// What the actors of one episode share besides the bus.
+pub(super) struct Shared {
+    pub(super) vocabulary: Arc<Vocabulary>,
+    pub(super) narrate: skill_executor::Narrate,
+    pub(super) stop: watch::Receiver<Option<Stop>>,
+    pub(super) end: watch::Sender<Option<EpisodeEnd>>,
+    pub(super) goal: Keep<Option<GoalMessage>>,
+    pub(super) scenes: Keep<scene_parser::Memory>,
+    pub(super) chaos: Chaos,
+}
+
+impl Prepared {
+    /// Reads everything that a run file names; `data` is what `$data` stands for.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming file and line or key.
+    pub fn read(config: RunConfig, data: Option<&Path>) -> Result<Self, ConfigError> {
+        let folder = DomainFolder::find(&config.domain, &config.origin)?;
+        let examples = config.perception.exemplar.read(&folder, data)?;
+        let skills = match (&folder.skills, config.robot.kind) {
+            (Some(skills), _) => skills.clone(),
+            (None, RobotKind::None) => SkillBook::empty(),
+            (None, RobotKind::Sim) => {
+                return Err(ConfigError::File {
+                    path: folder.path.join("skills.toml").display().to_string(),
+                    reason: "a robot needs this file".to_owned(),
+                });
+            }
+        };
+        let prepared =
+            Self { config, folder: Arc::new(folder), examples: Arc::new(examples), skills };
+        // Whatever may fail fails here, before anything starts.
+        prepared.detector()?;
+        prepared.grounder()?;
+        prepared.goal_source()?;
+        prepared.planner()?;
+        Ok(prepared)
+    }
+
+    /// Width and height that frames must have.
+    pub fn image_size(&self) -> [u32; 2] {
+        self.examples.first().map_or([0, 0], |(_, exemplar)| exemplar.image_size)
+    }
+
+    fn detector(&self) -> Result<Box<dyn Detector>, ConfigError> {
+        self.folder.detector(&self.config.perception.detector, &self.examples)
+    }
+
+    fn grounder(&self) -> Result<Box<dyn crate::grounding::Grounder>, ConfigError> {
+        self.folder.grounder(&self.config.perception.grounder, &self.examples)
+    }
+
+    fn goal_source(&self) -> Result<Box<dyn goals::GoalSource>, ConfigError> {
+        let settings = GoalSettings {
+            origin: format!("{}: goal.text", self.config.origin.display()),
+            text: self.config.goal.text.clone(),
+            language: self.folder.language.clone(),
+        };
+        Ok(goals::build(&self.config.goal.kind, &settings)?)
+    }
+
+    fn planner(&self) -> Result<Replanner, ConfigError> {
+        let config = &self.config.planner;
+        let build = crate::config::choose("planner.name", &config.name, PLANNERS)?;
+        let domain = Arc::new(self.folder.domain.clone());
+        Ok(Replanner::new(domain, build(config).into(), config.failure_penalty))
+    }
+
+    /// The actors that every run has.
+    pub(super) fn thinkers(
+        &self,
+        bus: &Bus,
+        shared: &Shared,
+    ) -> Result<Vec<ActorSpec>, ConfigError> {
+        Ok(vec![
+            self.scene_parser(bus, shared)?,
+            self.goal_parser(bus, shared)?,
+            self.planner_actor(bus, shared)?,
+            self.skill_executor(bus, shared),
+        ])
+    }
+
+    fn scene_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let config = ParserConfig {
+            domain: self.folder.domain.clone(),
+            perception: self.folder.perception.clone(),
+            rules: self.folder.rules.clone(),
+            skills: self.skills.clone(),
+            grounder: self.grounder()?,
+            belief: self.config.perception.belief.clone(),
+            hull: self.config.robot.hull.clone(),
+        };
+        let detector = {
+            let this = self.clone();
+            move || this.detector().map_err(|e| e.to_string())
+        };
+        let args = Arc::new(scene_parser::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            config: Arc::new(config),
+            detector: Arc::new(detector),
+            image_size: self.image_size(),
+            wait: Duration::from_secs_f64(self.config.camera.wait_s),
+            keep: shared.scenes.clone(),
+            chaos: shared.chaos.clone(),
+        });
+        Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
+    }
+
+    fn goal_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let args = Arc::new(goal_parser::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            source: self.goal_source()?,
+            perception: self.folder.perception.clone(),
+            keep: shared.goal.clone(),
+            chaos: shared.chaos.clone(),
+        });
+        Ok(actor("goal_parser", move || goal_parser::serve(Arc::clone(&args))))
+    }
+
+    fn planner_actor(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let args = Arc::new(planner::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            keep: Keep::new(planner::Memory::new(self.planner()?)),
+            chaos: shared.chaos.clone(),
+        });
+        Ok(actor("planner", move || planner::serve(Arc::clone(&args))))
+    }
+
+    fn skill_executor(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
+        let motion = match self.config.robot.kind {
+            RobotKind::None => None,
+            RobotKind::Sim => self.config.robot.motion.clone(),
+        };
+        let config = ExecutiveConfig {
+            domain: self.folder.domain.clone(),
+            skills: self.skills.clone(),
+            motion,
+            limits: self.config.limits.clone(),
+        };
+        let args = Arc::new(skill_executor::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            config: Arc::new(config),
+            clock: self.config.clock,
+            narrate: Arc::clone(&shared.narrate),
+            stop: shared.stop.clone(),
+            end: shared.end.clone(),
+            keep: Keep::default(),
+            chaos: shared.chaos.clone(),
+        });
+        actor("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
+    }
+
+    /// The actors that play the hardware in this process.
+    pub(super) fn hardware(
+        &self,
+        bus: &Bus,
+        shared: &Shared,
+    ) -> Result<Vec<ActorSpec>, ConfigError> {
+        match self.config.camera.kind {
+            CameraKind::External => Ok(Vec::new()),
+            CameraKind::Sim => self.simulated(bus, shared),
+        }
+    }
+
+    #[cfg(feature = "sim")]
+    fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Vec<ActorSpec>, ConfigError> {
+        use crate::cameras::sim::SimCamera;
+        use crate::robots::sim::SimHardware;
+        let hardware = SimHardware::build(&self.config, &self.folder)?;
+        let (width, height) = (hardware.camera.width, hardware.camera.height);
+        let [expected_width, expected_height] = self.image_size();
+        if [width, height] != self.image_size() {
+            return Err(ConfigError::Value {
+                key: "sim.camera".to_owned(),
+                expected: format!(
+                    "the image size of the labelled examples, {expected_width}x{expected_height}"
+                ),
+                got: format!("{width}x{height}"),
+            });
+        }
+        let (bus_of_camera, chaos) = (bus.clone(), shared.chaos.clone());
+        let world = hardware.clone();
+        let camera = actor("camera", move || {
+            let camera = Box::new(SimCamera::new(world.clone()));
+            camera::serve(bus_of_camera.clone(), camera, chaos.clone())
+        });
+        if self.config.robot.kind == RobotKind::None {
+            return Ok(vec![camera]);
+        }
+        let (bus_of_robot, chaos) = (bus.clone(), shared.chaos.clone());
+        let robot = actor("robot", move || {
+            robot::serve(bus_of_robot.clone(), hardware.robot(), chaos.clone())
+        });
+        Ok(vec![camera, robot])
+    }
+
+    #[cfg(not(feature = "sim"))]
+    fn simulated(&self, _: &Bus, _: &Shared) -> Result<Vec<ActorSpec>, ConfigError> {
+        Err(ConfigError::Missing {
+            what: "the simulator".to_owned(),
+            how: "this groundloop was built without it; build with `--features sim`".to_owned(),
+        })
+    }
+}
+
+fn actor<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> ActorSpec
+where
+    F: Future<Output = Result<(), ActorError>> + Send + 'static,
+{
+    ActorSpec { name, serve: Box::new(move || -> Serve { Box::pin(serve()) }) }
+}

@@ -1,0 +1,97 @@
+//! Photographs from a folder, each shown for a while.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use image::RgbImage;
+use tokio::time::{Interval, MissedTickBehavior};
+
+use super::{Camera, CameraError, NextFrame};
+use crate::messages::Frame;
+use crate::telemetry::monotonic_ns;
+
+/// Shows each image of a list `repeat` times, again and again.
+#[derive(Debug)]
+pub struct ImageCamera {
+    images: Vec<RgbImage>,
+    repeat: u64,
+    ticks: Interval,
+    frame: u64,
+    frames_max: Option<u64>,
+}
+
+/// Endings of files that count as images.
+const ENDINGS: [&str; 3] = ["jpg", "jpeg", "png"];
+
+/// The images of a folder in order of their names, or the one image that `path` names.
+///
+/// # Errors
+/// [`CameraError::Image`] naming the folder when there is none.
+pub fn find_images(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
+    if path.is_file() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let fault = |reason: String| CameraError::Image { path: path.display().to_string(), reason };
+    let entries = std::fs::read_dir(path).map_err(|e| fault(e.to_string()))?;
+    let is_image = |path: &PathBuf| {
+        let ending = path.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        ending.is_some_and(|e| ENDINGS.contains(&e.as_str()))
+    };
+    let mut images: Vec<PathBuf> =
+        entries.filter_map(|e| Some(e.ok()?.path())).filter(is_image).collect();
+    images.sort();
+    if images.is_empty() {
+        return Err(fault(format!("no image ({}) here", ENDINGS.join(", "))));
+    }
+    Ok(images)
+}
+
+impl ImageCamera {
+    /// A camera that shows the images at `path` (see [`find_images`]) at `rate_hz`, each for
+    /// `repeat` frames, and stops after `frames_max` frames.
+    ///
+    /// # Errors
+    /// [`CameraError::Image`] naming the file that is not an image.
+    pub fn open(
+        path: &Path,
+        rate_hz: f64,
+        repeat: u64,
+        frames_max: Option<u64>,
+    ) -> Result<Self, CameraError> {
+        let read = |path: &PathBuf| {
+            let image = image::open(path).map_err(|e| CameraError::Image {
+                path: path.display().to_string(),
+                reason: e.to_string(),
+            });
+            Ok(image?.into_rgb8())
+        };
+        let images = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
+        let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        Ok(Self { images, repeat: repeat.max(1), ticks, frame: 0, frames_max })
+    }
+}
+
+impl Camera for ImageCamera {
+    fn next(&mut self) -> NextFrame<'_> {
+        Box::pin(async {
+            if self.frames_max.is_some_and(|max| self.frame >= max) {
+                return Ok(None);
+            }
+            self.ticks.tick().await;
+            let sequence = self.frame;
+            self.frame += 1;
+            let image_idx = (sequence / self.repeat) as usize % self.images.len().max(1);
+            let Some(image) = self.images.get(image_idx) else { return Ok(None) };
+            Ok(Some(Frame {
+                sequence,
+                capture_ns: monotonic_ns(),
+                width: image.width(),
+                height: image.height(),
+                rgb: image.as_raw().clone(),
+                depth_m: None,
+                model: None,
+            }))
+        })
+    }
+}

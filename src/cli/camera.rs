@@ -1,0 +1,78 @@
+//! `groundloop camera`: a camera in a process of its own.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+use super::{Failure, out};
+use crate::actors::{Chaos, camera};
+use crate::cameras::images::{ImageCamera, find_images};
+use crate::transport::{Bus, BusConfig};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    source: Source,
+}
+
+#[derive(Debug, Subcommand)]
+enum Source {
+    /// Photographs from a folder (or one file), each shown for a while, again and again.
+    Images {
+        /// The folder, or one image.
+        path: PathBuf,
+        /// Frames per second.
+        #[arg(long, default_value_t = 5.0)]
+        fps: f64,
+        /// Name of the run that looks.
+        #[arg(long, value_name = "NAME")]
+        run: String,
+        /// Frames that each photograph is shown for.
+        #[arg(long, default_value_t = 10)]
+        repeat: u64,
+        /// Stops after this many frames; without it, goes on until it is stopped.
+        #[arg(long)]
+        frames: Option<u64>,
+    },
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let Source::Images { path, fps, run, repeat, frames } = &args.source;
+    if !(fps.is_finite() && *fps > 0.0 && *fps <= 1000.0) {
+        return Err(Failure::bad_input(format!("--fps: expected 0 to 1000, got {fps}")));
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .enable_all()
+        .build()
+        .map_err(Failure::internal)?;
+    runtime.block_on(async {
+        let n_images = find_images(path).map_err(Failure::bad_input)?.len();
+        let camera =
+            ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
+        let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
+        out::note(&format!("publishing {n_images} images at {fps} Hz to run {run:?}"));
+        let serve = camera::serve(bus, Box::new(camera), Chaos::default());
+        tokio::select! {
+            ended = serve => ended.map_err(Failure::internal)?,
+            stopped = tokio::signal::ctrl_c() => stopped.map_err(Failure::internal)?,
+            () = terminated() => {}
+        }
+        Ok(0)
+    })
+}
+
+/// Ends when SIGTERM comes: the ports close cleanly.
+async fn terminated() {
+    use tokio::signal::unix::{SignalKind, signal};
+    match signal(SignalKind::terminate()) {
+        Ok(mut terminate) => {
+            terminate.recv().await;
+        }
+        Err(error) => {
+            tracing::warn!(%error, "SIGTERM will not close the ports");
+            std::future::pending::<()>().await;
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! `groundloop exemplar`: labelled examples of a simulated camera.
+
+use std::path::PathBuf;
+
+use super::{Failure, out};
+use crate::config::{DomainFolder, load_run};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A run file with a simulated camera.
+    config: PathBuf,
+    /// Overrides a key of the run file; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// The folder to write to, below the domain's `exemplar/`.
+    #[arg(long, value_name = "NAME")]
+    folder: String,
+}
+
+/// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there.
+#[cfg(feature = "sim")]
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    use crate::cameras::sim_labels::label_scene;
+
+    let config = load_run(&args.config, &args.sets)?;
+    let folder = DomainFolder::find(&config.domain, &config.origin)?;
+    let target = folder.path.join("exemplar").join(&args.folder);
+    let write = |path: &std::path::Path, bytes: &[u8]| {
+        std::fs::write(path, bytes)
+            .map_err(|e| Failure::bad_input(format!("{}: {e}", path.display())))
+    };
+    std::fs::create_dir_all(&target)
+        .map_err(|e| Failure::bad_input(format!("{}: {e}", target.display())))?;
+    for scene in label_scene(&config, &folder)? {
+        let stem = target.join(&scene.name);
+        scene.image.save(stem.with_extension("png")).map_err(Failure::internal)?;
+        write(&stem.with_extension("json"), scene.boxes.as_bytes())?;
+        write(&stem.with_extension("pddl"), scene.state.as_bytes())?;
+        out::line(&format!("{}: {} objects", stem.display(), scene.n_objects));
+    }
+    Ok(0)
+}
+
+/// Without the simulator there is nothing to render.
+#[cfg(not(feature = "sim"))]
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let config = load_run(&args.config, &args.sets)?;
+    DomainFolder::find(&config.domain, &config.origin)?;
+    out::note(&format!("{} is not written", args.folder));
+    Err(crate::config::ConfigError::Missing {
+        what: "the simulator".to_owned(),
+        how: "build with `--features sim`".to_owned(),
+    }
+    .into())
+}

@@ -1,0 +1,112 @@
+//! The command line: one file per verb.
+
+mod out;
+mod camera;
+mod exemplar;
+mod ground;
+mod narrate;
+mod plan;
+mod run;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Process exit codes; `README.md` lists them.
+pub mod exit {
+    /// Internal error.
+    pub const INTERNAL: u8 = 1;
+    /// Bad usage, configuration or input file.
+    pub const BAD_INPUT: u8 = 2;
+    /// Proven unsolvable.
+    pub const UNSOLVABLE: u8 = 3;
+    /// A budget was used up.
+    pub const GAVE_UP: u8 = 4;
+    /// A check did not hold.
+    pub const CHECK_FAILED: u8 = 6;
+}
+
+/// A closed-loop task executive for robots: look, ground, plan, act, look again.
+#[derive(Debug, Parser)]
+#[command(name = "groundloop", version, about, long_about = None)]
+struct Cli {
+    /// How much is logged on standard error.
+    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL",
+          value_parser = ["error", "warn", "info", "debug", "trace"])]
+    log: String,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run closed-loop episodes.
+    Run(run::Args),
+    /// Publish frames from this process to a run in another one.
+    Camera(camera::Args),
+    /// Plan once, from a PDDL problem.
+    Plan(plan::Args),
+    /// Check a plan against a PDDL problem.
+    Validate(validate::Args),
+    /// Read the symbolic state off one image, and plan from it.
+    Ground(ground::Args),
+    /// Render and label the examples of a simulated camera.
+    Exemplar(exemplar::Args),
+}
+
+/// Parses the arguments and carries the verb out.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    out::start_log(&cli.log);
+    let done = match cli.verb {
+        Verb::Run(args) => run::run(&args),
+        Verb::Camera(args) => camera::run(&args),
+        Verb::Plan(args) => plan::run(&args),
+        Verb::Validate(args) => validate::run(&args),
+        Verb::Ground(args) => ground::run(&args),
+        Verb::Exemplar(args) => exemplar::run(&args),
+    };
+    match done {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            out::error(&failure.message);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// A verb has failed: what to say, and the exit code.
+#[derive(Debug)]
+struct Failure {
+    message: String,
+    code: u8,
+}
+
+impl Failure {
+    fn bad_input(message: impl ToString) -> Self {
+        Self { message: message.to_string(), code: exit::BAD_INPUT }
+    }
+
+    fn internal(message: impl ToString) -> Self {
+        Self { message: message.to_string(), code: exit::INTERNAL }
+    }
+}
+
+impl From<crate::app::RunError> for Failure {
+    fn from(error: crate::app::RunError) -> Self {
+        Self { message: error.to_string(), code: error.exit_code() }
+    }
+}
+
+impl From<crate::config::ConfigError> for Failure {
+    fn from(error: crate::config::ConfigError) -> Self {
+        crate::app::RunError::from(error).into()
+    }
+}
+
+impl From<crate::pddl::PddlError> for Failure {
+    fn from(error: crate::pddl::PddlError) -> Self {
+        Self::bad_input(error.render())
+    }
+}

@@ -1,0 +1,69 @@
+//! What people read while an episode runs.
+
+use crate::executive::Note;
+use crate::pddl::{Atom, Step};
+
+/// Most steps of a plan that are shown on one line.
+const STEPS_SHOWN: usize = 6;
+
+/// Colours of the terminal, where there is one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Style {
+    pub(super) colour: bool,
+}
+
+impl Style {
+    fn paint(self, code: &str, text: &str) -> String {
+        if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+    }
+
+    /// One note as one or more lines; `None` when it is not worth a line.
+    pub(super) fn lines(self, capture_ns: u64, cycle: u64, note: &Note) -> String {
+        let seconds = capture_ns as f64 / 1e9;
+        let (mark, text) = match note {
+            Note::State { facts, unknown } => (self.paint("2", "state  "), state(facts, unknown)),
+            Note::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
+            Note::Started { step } => (self.paint("34", "skill  "), step.to_string()),
+            Note::Done { step, seconds } => {
+                (self.paint("32", "done   "), format!("{step} in {seconds:.1} s"))
+            }
+            Note::Failed { step, reason, failures } => {
+                let times = if *failures > 1 { format!(" ({failures} times)") } else { String::new() };
+                (self.paint("31", "failed "), format!("{step}: {reason}{times}"))
+            }
+            Note::Deviation(deviation) => (self.paint("33;1", "seen   "), deviation.to_string()),
+            Note::Replan { causes, old } => {
+                let causes: Vec<String> = causes.iter().map(ToString::to_string).collect();
+                let instead = old.as_ref().map(|step| format!("; {step} was next"));
+                let text = format!("{}{}", causes.join("; "), instead.unwrap_or_default());
+                (self.paint("35;1", "replan "), format!("because {text}"))
+            }
+            Note::BreakOff { step, reason } => {
+                (self.paint("33", "break  "), format!("{step}: {reason}"))
+            }
+            Note::Look { reason } => (self.paint("2", "look   "), reason.clone()),
+            Note::End(verdict) => {
+                let code = if verdict.exit_code() == 0 { "32;1" } else { "31;1" };
+                (self.paint("1", "end    "), self.paint(code, &verdict.to_string()))
+            }
+        };
+        let stamp = self.paint("2", &format!("{seconds:7.1} s  #{cycle:<5}"));
+        format!("{stamp} {mark} {text}")
+    }
+}
+
+/// The facts that hold, relations first.
+fn state(facts: &[Atom], unknown: &[Atom]) -> String {
+    let mut sorted: Vec<&Atom> = facts.iter().collect();
+    sorted.sort_by_key(|atom| std::cmp::Reverse(atom.args.len()));
+    let mut words: Vec<String> = sorted.into_iter().map(ToString::to_string).collect();
+    words.extend(unknown.iter().map(|atom| format!("{atom}?")));
+    words.join(" ")
+}
+
+fn plan(steps: &[Step], cost: u64) -> String {
+    let shown: Vec<String> = steps.iter().take(STEPS_SHOWN).map(ToString::to_string).collect();
+    let more = steps.len().saturating_sub(STEPS_SHOWN);
+    let rest = if more > 0 { format!(" … {more} more") } else { String::new() };
+    format!("{} steps, cost {cost}: {}{rest}", steps.len(), shown.join(" "))
+}

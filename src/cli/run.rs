@@ -1,0 +1,241 @@
+//! `groundloop run`: closed-loop episodes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use comfy_table::{Cell, CellAlignment, Table, presets};
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
+
+use super::narrate::Style;
+use super::{Failure, out};
+use crate::app::{EpisodeOptions, Prepared, RunError, SnapshotRequest, run_episode};
+use crate::config::{RunConfig, load_run};
+use crate::eval::EpisodeReport;
+use crate::executive::{Note, Stop, Verdict};
+use crate::telemetry::Quantiles;
+use crate::transport::BusConfig;
+
+/// Threads of the runtime: the loop is a pipeline, more would not help one episode.
+const WORKERS: usize = 2;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The run file.
+    config: PathBuf,
+    /// Overrides a key of the run file; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// First seed; without it, the run file's.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Number of episodes, with seeds counting up from the first.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    episodes: u64,
+    /// Name of the run on the bus.
+    #[arg(long, value_name = "NAME")]
+    run: Option<String>,
+    /// What `$data` stands for in the run file.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Writes a picture of what was understood, of the first settled cycle with a plan.
+    #[arg(long, value_name = "FILE.png")]
+    snapshot: Option<PathBuf>,
+    /// First cycle that the picture may show.
+    #[arg(long, value_name = "CYCLE", default_value_t = 0)]
+    snapshot_from: u64,
+    /// Writes one JSON object to standard output, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let mut config = load_run(&args.config, &args.sets)?;
+    config.seed = args.seed.unwrap_or(config.seed);
+    config.run = args.run.clone().or(config.run);
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(WORKERS)
+        .enable_all()
+        .build()
+        .map_err(Failure::internal)?;
+    runtime.block_on(episodes(args, config))
+}
+
+async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
+    let stop = listen().map_err(Failure::internal)?;
+    let first_seed = config.seed;
+    let prepared = Prepared::read(config, args.data.as_deref())?;
+    for warning in &prepared.folder.warnings {
+        tracing::warn!(warning, "domain.pddl");
+    }
+    let mut reports = Vec::new();
+    let mut worst = 0;
+    for seed in first_seed..first_seed.saturating_add(args.episodes) {
+        let mut prepared = prepared.clone();
+        prepared.config.seed = seed;
+        let episode = run_episode(&prepared, options(args, &prepared, &stop)).await?;
+        let verdict = &episode.end.verdict;
+        worst = worst.max(verdict.exit_code());
+        let stopped = matches!(verdict, Verdict::Stopped(_));
+        if args.episodes == 1 && *verdict == Verdict::Planned && !args.json {
+            episode.report.plan.iter().for_each(|step| out::line(step));
+        }
+        if args.episodes > 1 {
+            progress(args, &episode.report);
+        }
+        reports.push(episode.report);
+        if stopped {
+            break;
+        }
+    }
+    finish(args, &reports)?;
+    Ok(worst)
+}
+
+fn options(
+    args: &Args,
+    prepared: &Prepared,
+    stop: &watch::Receiver<Option<Stop>>,
+) -> EpisodeOptions {
+    let quiet = args.episodes > 1;
+    let json = args.json;
+    let style = Style { colour: out::is_terminal() && !json };
+    let narrate = move |capture_ns: u64, cycle: u64, note: &Note| {
+        let text = style.lines(capture_ns, cycle, note);
+        match (quiet, json) {
+            (true, _) => {}
+            (false, true) => out::note(&text),
+            (false, false) => out::line(&text),
+        }
+    };
+    EpisodeOptions {
+        bus: BusConfig::for_run(prepared.config.run_name()),
+        narrate: Arc::new(narrate),
+        stop: stop.clone(),
+        snapshot: args.snapshot.clone().map(|path| SnapshotRequest {
+            path,
+            from_cycle: args.snapshot_from,
+        }),
+    }
+}
+
+/// Turns Ctrl-C and SIGTERM into a stop that the loop carries out.
+fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
+    let (sender, receiver) = watch::channel(None);
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::spawn(async move {
+        let stop = tokio::select! {
+            _ = interrupt.recv() => Stop::Interrupt,
+            _ = terminate.recv() => Stop::Terminate,
+        };
+        sender.send_replace(Some(stop));
+        sender.closed().await;
+    });
+    Ok(receiver)
+}
+
+fn progress(args: &Args, report: &EpisodeReport) {
+    let EpisodeReport { seed, verdict, sim_seconds, skills_done, replans, .. } = report;
+    let text = format!(
+        "seed {seed}: {verdict} after {sim_seconds:.1} s, {skills_done} skills, {replans} replans"
+    );
+    if args.json { out::note(&text) } else { out::line(&text) }
+}
+
+fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
+    match reports {
+        [report] if args.json => out::json(report),
+        reports if args.json => out::json(&serde_json::json!({ "episodes": reports })),
+        [report] => {
+            out::line("");
+            out::line(&latency_table(report).to_string());
+            out::line(&summary(report));
+            Ok(())
+        }
+        reports => {
+            out::line("");
+            out::line(&episode_table(reports).to_string());
+            let reached = reports.iter().filter(|r| r.verdict == "reached").count();
+            out::line(&format!("reached {reached}/{}", reports.len()));
+            Ok(())
+        }
+    }
+}
+
+fn summary(report: &EpisodeReport) -> String {
+    format!(
+        "{}: {}\nseed {}, {} cycles, {} frames, {} replans, {} skills done, {} failed\n\
+         {:.1} s run time in {:.1} s ({:.1}x), {:.1} ms CPU per frame, decisions {}",
+        report.verdict,
+        report.reason,
+        report.seed,
+        report.cycles,
+        report.frames,
+        report.replans,
+        report.skills_done,
+        report.skills_failed,
+        report.sim_seconds,
+        report.wall_seconds,
+        report.sim_seconds / report.wall_seconds.max(1e-9),
+        report.cpu_ms_per_frame,
+        report.decision_hash.get(..16).unwrap_or_default(),
+    )
+}
+
+fn latency_table(report: &EpisodeReport) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(["latency (µs)", "count", "p50", "p99", "max"]);
+    let latency = &report.latency_us;
+    let mut row = |name: String, q: &Quantiles| {
+        let numbers = [q.count, q.p50, q.p99, q.max].map(right);
+        table.add_row(std::iter::once(Cell::new(name)).chain(numbers));
+    };
+    for (kind, quantiles) in &latency.frame_to_command {
+        row(format!("frame → command, {kind}"), quantiles);
+    }
+    row("  pixels → objects".to_owned(), &latency.detect);
+    row("  objects → scene graph".to_owned(), &latency.ground);
+    row("  scene graph → plan".to_owned(), &latency.plan);
+    table
+}
+
+fn episode_table(reports: &[EpisodeReport]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header([
+        "seed", "verdict", "cycles", "replans", "done", "failed", "run time (s)", "wall (s)",
+        "CPU/frame (ms)", "continue p50 (µs)", "replan p50 (µs)", "decisions",
+    ]);
+    for report in reports {
+        let kinds = &report.latency_us.frame_to_command;
+        let p50 = |kind: &str| kinds.get(kind).map_or(0, |q| q.p50);
+        table.add_row([
+            right(report.seed),
+            Cell::new(report.verdict),
+            right(report.cycles),
+            right(report.replans),
+            right(report.skills_done),
+            right(report.skills_failed),
+            right(format!("{:.1}", report.sim_seconds)),
+            right(format!("{:.1}", report.wall_seconds)),
+            right(format!("{:.1}", report.cpu_ms_per_frame)),
+            right(p50("continue")),
+            right(p50("replan")),
+            Cell::new(report.decision_hash.get(..12).unwrap_or_default()),
+        ]);
+    }
+    table
+}
+
+fn right(value: impl ToString) -> Cell {
+    Cell::new(value).set_alignment(CellAlignment::Right)
+}
+
+impl From<crate::transport::TransportError> for Failure {
+    fn from(error: crate::transport::TransportError) -> Self {
+        RunError::from(error).into()
+    }
+}

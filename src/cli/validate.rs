@@ -1,0 +1,57 @@
+//! `groundloop validate`: is a plan right?
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::plan::{Task, read_task, source};
+use super::{Failure, exit, out};
+use crate::pddl::parse_plan;
+use crate::planning::{PlanRequest, Validation, validate};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A domain file, or a domain folder.
+    #[arg(long)]
+    domain: PathBuf,
+    /// A problem file.
+    #[arg(long)]
+    problem: PathBuf,
+    /// A plan: one `(action object …)` per line, `;` starts a comment.
+    #[arg(long)]
+    plan: PathBuf,
+    /// Writes one JSON object to standard output, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let Task { domain, problem } = read_task(&args.domain, &args.problem)?;
+    let steps = parse_plan(&source(&args.plan)?)?;
+    let (cost, wrong) = match validate(&domain, &PlanRequest::new(&problem), &steps) {
+        Validation::Valid { cost } => (Some(cost), None),
+        Validation::Invalid { step_idx, reason } => (None, Some((step_idx, reason))),
+    };
+    if args.json {
+        out::json(&json!({
+            "valid": wrong.is_none(),
+            "cost": cost,
+            "steps": steps.len(),
+            "step_idx": wrong.as_ref().and_then(|(idx, _)| *idx),
+            "reason": wrong.as_ref().map(|(_, reason)| reason),
+        }))?;
+    } else {
+        match (&wrong, cost) {
+            (Some((Some(idx), reason)), _) => {
+                out::line(&format!("plan invalid: step {}: {reason}", idx + 1));
+            }
+            (Some((None, reason)), _) => out::line(&format!("plan invalid: {reason}")),
+            (None, cost) => {
+                let (n, cost) = (steps.len(), cost.unwrap_or(0.0));
+                out::line(&format!("plan valid: {n} steps, cost {cost}"));
+            }
+        }
+    }
+    Ok(if wrong.is_none() { 0 } else { exit::CHECK_FAILED })
+}

@@ -1,0 +1,82 @@
+//! What can be wrong with files and settings.
+
+use thiserror::Error;
+
+use crate::detectors::{DetectorError, ImageError};
+use crate::goals::GoalError;
+use crate::grounding::{ExemplarError, PerceptionError};
+use crate::pddl::PddlError;
+use crate::skills::BookError;
+
+/// A file or setting is not usable. Every message names the file, and the line or key.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// A file cannot be read.
+    #[error("{path}: {reason}")]
+    File {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: String,
+    },
+    /// A TOML file has bad syntax, an unknown key, or a value of the wrong type.
+    #[error("{path}: {message}")]
+    Toml {
+        /// The file.
+        path: String,
+        /// The parser's message, with line, column and the line itself.
+        message: String,
+    },
+    /// A `--set key=value` is not understood.
+    #[error("--set {text}: {reason}")]
+    Set {
+        /// What was given.
+        text: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A key has a value that cannot be.
+    #[error("{key}: expected {expected}, got {got}")]
+    Value {
+        /// The key.
+        key: String,
+        /// What may stand there.
+        expected: String,
+        /// What does.
+        got: String,
+    },
+    /// A PDDL file is not usable.
+    #[error(transparent)]
+    Pddl(#[from] PddlError),
+    /// `perception.toml` is not usable.
+    #[error(transparent)]
+    Perception(#[from] PerceptionError),
+    /// `skills.toml` is not usable.
+    #[error(transparent)]
+    Skills(#[from] BookError),
+    /// A labelled example is not usable.
+    #[error(transparent)]
+    Exemplar(#[from] ExemplarError),
+    /// The goal, or `language.toml`, is not usable.
+    #[error(transparent)]
+    Goal(#[from] GoalError),
+    /// A detector cannot be made.
+    #[error(transparent)]
+    Detector(#[from] DetectorError),
+    /// An image is not usable.
+    #[error("{path}: {source}")]
+    Image {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: ImageError,
+    },
+    /// An optional part is missing: exit code 5.
+    #[error("{what} is missing: {how}")]
+    Missing {
+        /// What.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+}

@@ -1,0 +1,17 @@
+//! Run files and domain folders: text on disk to checked values, before anything starts.
+
+mod error;
+mod load;
+mod run;
+mod domain_folder;
+mod exemplars;
+
+pub use domain_folder::DomainFolder;
+pub use error::ConfigError;
+pub(crate) use exemplars::choose;
+pub use exemplars::{exemplar_from_files, read_image};
+pub use load::{load_run, read_text};
+pub use run::{
+    CameraConfig, CameraKind, ClockKind, ExemplarConfig, FaultConfig, GoalConfig, PanicConfig,
+    PerceptionConfig, PlannerConfig, RobotConfig, RobotKind, RunConfig, SupervisorConfig,
+};

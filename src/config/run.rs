@@ -1,0 +1,243 @@
+//! A run file, as written. `configs/*.toml` describe every key.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::ConfigError;
+use crate::executive::Limits;
+use crate::scene_parser::{BeliefConfig, HullConfig};
+use crate::skills::MotionConfig;
+
+/// Everything an episode needs to know.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunConfig {
+    /// The file it was read from.
+    #[serde(skip)]
+    pub origin: PathBuf,
+    /// Name of a folder below `domains/`, or the path of a domain folder.
+    pub domain: String,
+    /// Name of the run on the bus; without one, the file's name (and, where the simulator plays
+    /// the hardware, the process id, so that runs do not meet).
+    pub run: Option<String>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Which clock drives the loop.
+    pub clock: ClockKind,
+    /// Where the goal comes from.
+    pub goal: GoalConfig,
+    /// Where frames come from.
+    pub camera: CameraConfig,
+    /// How objects and facts are found.
+    pub perception: PerceptionConfig,
+    /// What acts.
+    pub robot: RobotConfig,
+    /// How plans are found.
+    pub planner: PlannerConfig,
+    /// Every bound of the loop.
+    pub limits: Limits,
+    /// How failed actors are restarted.
+    pub supervisor: SupervisorConfig,
+    /// The simulated world, for the parts of kind `sim`; read by them.
+    pub sim: Option<toml::Table>,
+    /// Disturbances of the simulated world.
+    #[serde(default)]
+    pub fault: Vec<FaultConfig>,
+    /// Actors that are made to panic once, to exercise the supervisor.
+    #[serde(default)]
+    pub panic: Vec<PanicConfig>,
+}
+
+/// Which clock drives the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ClockKind {
+    /// Simulated time advances by one frame per answer; runs as fast as the machine allows.
+    Lockstep,
+    /// Everything runs free; the newest frame wins.
+    Realtime,
+}
+
+/// `[goal]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GoalConfig {
+    /// A key of `goals::GOALS`.
+    pub kind: String,
+    /// The instruction, or the logical goal in PDDL.
+    pub text: String,
+}
+
+/// `[camera]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraConfig {
+    /// What it is.
+    pub kind: CameraKind,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// How long a frame may be missing before the run ends with exit code 5, seconds of wall time.
+    pub wait_s: f64,
+}
+
+/// Where frames come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CameraKind {
+    /// Another process publishes them.
+    External,
+    /// The simulator renders them.
+    Sim,
+}
+
+/// `[perception]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PerceptionConfig {
+    /// A key of `detectors::DETECTORS`.
+    pub detector: String,
+    /// A key of `grounding::GROUNDERS`.
+    pub grounder: String,
+    /// The labelled examples of this camera.
+    pub exemplar: ExemplarConfig,
+    /// When a change is believed.
+    pub belief: BeliefConfig,
+}
+
+/// The labelled examples of one camera set-up.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExemplarConfig {
+    /// A folder below the domain's `exemplar/`; all examples in it are pooled.
+    pub folder: Option<String>,
+    /// One image. `$data` stands for `--data`, `{n}` for `number`.
+    pub image: Option<String>,
+    /// Its boxes, JSON `{"name": [x1, y1, x2, y2]}`.
+    pub boxes: Option<String>,
+    /// Its state, a PDDL problem.
+    pub state: Option<String>,
+    /// What `{n}` stands for.
+    pub number: Option<u32>,
+}
+
+/// `[robot]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotConfig {
+    /// What it is.
+    pub kind: RobotKind,
+    /// How it moves; not for `none`.
+    pub motion: Option<MotionConfig>,
+    /// Its shape in the picture; not for `none`.
+    pub hull: Option<HullConfig>,
+}
+
+/// What acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RobotKind {
+    /// Nothing: the first confirmed plan is the result.
+    None,
+    /// The simulated gripper.
+    Sim,
+}
+
+/// `[planner]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannerConfig {
+    /// A key of `planners::PLANNERS`.
+    pub name: String,
+    /// Most states that one call expands.
+    pub expansions_max: u64,
+    /// Most states that the admissible search expands before the satisficing one takes over.
+    pub optimal_expansions_max: u64,
+    /// Cost that each failure adds to an action.
+    pub failure_penalty: u32,
+}
+
+/// `[supervisor]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupervisorConfig {
+    /// Most restarts of one actor in an episode.
+    pub restarts_max: u32,
+    /// Pause before the first restart, milliseconds; doubles with each one.
+    pub backoff_ms_min: u64,
+    /// Longest pause before a restart, milliseconds.
+    pub backoff_ms_max: u64,
+}
+
+/// `[[fault]]`: one disturbance of the simulated world.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FaultConfig {
+    /// When: at this simulated time, seconds.
+    pub at_s: Option<f64>,
+    /// When: while this action (`stack`) or step (`(stack a b arm)`) is carried out.
+    pub during: Option<String>,
+    /// Which of its executions, counted from 1; without it, the first.
+    pub nth: Option<u32>,
+    /// How long after its start, seconds of simulated time; without it, at once.
+    pub after_s: Option<f64>,
+    /// What happens; read by the simulator.
+    pub action: toml::Table,
+}
+
+/// `[[panic]]`: an actor that fails on purpose, once.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PanicConfig {
+    /// Its name: `camera`, `scene_parser`, `goal_parser`, `planner`, `skill_executor`, `robot`.
+    pub actor: String,
+    /// The message at which it panics, counted from 1.
+    pub at_message: u64,
+}
+
+impl RunConfig {
+    /// Checks what types cannot say.
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        let value = |key: &str, expected: &str, got: String| {
+            Err(ConfigError::Value { key: key.to_owned(), expected: expected.to_owned(), got })
+        };
+        if !(self.camera.rate_hz.is_finite() && self.camera.rate_hz > 0.0) {
+            let got = self.camera.rate_hz.to_string();
+            return value("camera.rate_hz", "a positive number", got);
+        }
+        let sim = [self.camera.kind == CameraKind::Sim, self.robot.kind == RobotKind::Sim];
+        if sim.contains(&true) && self.sim.is_none() {
+            return value("sim", "a table, for a camera or robot of kind \"sim\"", "none".to_owned());
+        }
+        if sim == [false, true] {
+            let got = "a simulated robot".to_owned();
+            return value("camera.kind", "\"sim\" beside a robot of kind \"sim\"", got);
+        }
+        if self.clock == ClockKind::Lockstep && sim != [true, true] {
+            let got = "lockstep".to_owned();
+            return value("clock", "\"realtime\", unless camera and robot are simulated", got);
+        }
+        if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
+            return value("robot.motion", "a table, for a robot that acts", "none".to_owned());
+        }
+        for fault in &self.fault {
+            if fault.at_s.is_some() == fault.during.is_some() {
+                let got = if fault.at_s.is_some() { "both" } else { "neither" };
+                return value("fault", "either at_s or during", got.to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// The name of the run on the bus.
+    pub fn run_name(&self) -> String {
+        if let Some(run) = &self.run {
+            return run.clone();
+        }
+        let stem = self.origin.file_stem().and_then(|s| s.to_str()).unwrap_or("run");
+        match self.camera.kind {
+            CameraKind::External => stem.to_owned(),
+            CameraKind::Sim => format!("{stem}-{}", std::process::id()),
+        }
+    }
+}

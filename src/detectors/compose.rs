@@ -1,0 +1,66 @@
+//! One image to one symbolic state, without a loop: detect, name, ground, complete.
+
+use super::{Detection, Detector, DetectorError, ImageView, name_detections};
+use crate::grounding::{
+    Grip, Grounder, Judged, ObjectBox, Perception, complete, facts_of, merged, proprioception,
+};
+use crate::pddl::{Axiom, Domain, Typed};
+use crate::scene::Facts;
+
+/// What turns an image of one domain into its state.
+#[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "a grounder is known by its name only")]
+pub struct Pipeline<'a> {
+    /// The domain.
+    pub domain: &'a Domain,
+    /// Its perception file.
+    pub perception: &'a Perception,
+    /// Its completion rules.
+    pub rules: &'a [Axiom],
+    /// The grounder, made from the labelled examples of the camera in use.
+    pub grounder: &'a dyn Grounder,
+}
+
+/// The state that one image shows, with what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroundedImage {
+    /// What the detector saw.
+    pub detections: Vec<Detection>,
+    /// The same objects with their names, in the same order.
+    pub boxes: Vec<ObjectBox>,
+    /// Every object of the state: the seen ones, then the implied ones.
+    pub objects: Vec<Typed>,
+    /// Every judged tuple.
+    pub judged: Vec<Judged>,
+    /// Observed, proprioceptive and completed facts.
+    pub facts: Facts,
+}
+
+/// Reads the state off one image.
+///
+/// # Errors
+/// What the detector says.
+pub fn ground_image(
+    pipeline: &Pipeline<'_>,
+    detector: &mut dyn Detector,
+    image: &ImageView<'_>,
+    grip: &Grip,
+) -> Result<GroundedImage, DetectorError> {
+    let Pipeline { domain, perception, rules, grounder } = *pipeline;
+    let detections = detector.detect(image)?;
+    let names = name_detections(perception, &detections);
+    let boxes: Vec<ObjectBox> = names
+        .into_iter()
+        .zip(&detections)
+        .map(|(name, d)| ObjectBox { name, type_name: d.type_name.clone(), pixel_box: d.pixel_box })
+        .collect();
+    let seen = boxes.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));
+    let implied =
+        perception.implied.iter().map(|i| Typed::new(i.name.clone(), i.type_name.clone()));
+    let objects: Vec<Typed> = seen.chain(implied).collect();
+    let judged = grounder.ground(&boxes);
+    let own = proprioception(domain, perception, &objects, grip);
+    let base = merged(facts_of(&judged), own);
+    let facts = complete(rules, &domain.types, &objects, &base);
+    Ok(GroundedImage { detections, boxes, objects, judged, facts })
+}

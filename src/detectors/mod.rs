@@ -1,0 +1,74 @@
+//! Detectors: pixels in, typed boxes out.
+//!
+//! Detectors are parts: each is one file with one line in [`DETECTORS`]. What a type looks like is
+//! the domain's `perception.toml`; a detector knows no domain.
+
+mod image;
+mod detection;
+mod lab;
+mod bitmask;
+mod regions;
+mod palette;
+mod outline;
+mod appearance;
+mod colour;
+mod naming;
+mod volume;
+mod compose;
+
+pub use colour::ColourDetector;
+pub use compose::{GroundedImage, Pipeline, ground_image};
+pub use detection::{Detection, RowRun};
+pub use image::{ImageError, ImageView};
+pub use naming::{label_of, name_detections};
+pub use volume::{DepthError, DepthView, volume_of};
+
+use thiserror::Error;
+
+use crate::grounding::{ObjectBox, Perception};
+
+/// Finds objects of the domain's types in an image.
+pub trait Detector: Send {
+    /// Learns from one labelled image of the camera in use: colours, sizes. May be called for
+    /// several images.
+    ///
+    /// # Errors
+    /// [`DetectorError`] when a labelled object says nothing about how it looks.
+    fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError>;
+
+    /// Every object that is seen, in a fixed order. Depends on the image and on what was learnt,
+    /// not on earlier images.
+    ///
+    /// # Errors
+    /// [`DetectorError`] when the image cannot be worked on.
+    fn detect(&mut self, image: &ImageView<'_>) -> Result<Vec<Detection>, DetectorError>;
+}
+
+/// A detector cannot do its work.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DetectorError {
+    /// More colours than the class table holds.
+    #[error("expected at most {limit} colour names over all types, got {got}")]
+    TooManyColours {
+        /// The most there may be.
+        limit: usize,
+        /// How many there are.
+        got: usize,
+    },
+    /// A labelled box lies outside its image.
+    #[error("{object}: expected a box inside the {width} x {height} image")]
+    BoxOutside {
+        /// The labelled object.
+        object: String,
+        /// The image's width.
+        width: usize,
+        /// The image's height.
+        height: usize,
+    },
+}
+
+/// Makes a detector for one domain.
+pub type Build = fn(&Perception) -> Result<Box<dyn Detector>, DetectorError>;
+
+/// Every detector by its name in configuration files, in alphabetical order.
+pub const DETECTORS: &[(&str, Build)] = &[("colour", colour::build)];

@@ -1,0 +1,189 @@
+//! One cycle, top to bottom.
+
+use super::explain::deviations;
+use super::verdict::{Limit, Verdict};
+use super::{Answer, Cycle, Executive, Note, Phase, ReplanCause, join};
+use crate::messages::{CommandKind, PlanVerdict};
+use crate::pddl::{Name, Step};
+
+impl Executive {
+    /// Hears the robot, judges what has ended, explains what has changed, follows the plan.
+    pub(super) fn decide(&mut self, cycle: &mut Cycle<'_>) -> Answer {
+        self.hear(cycle);
+        self.judge(cycle);
+        self.explain(cycle);
+        if let Some(verdict) = self.spent(cycle) {
+            return Answer::End(verdict);
+        }
+        if matches!(self.phase, Phase::Settling(_)) {
+            return Answer::Command(CommandKind::Continue);
+        }
+        let plan = cycle.input.plan.verdict.clone();
+        match plan {
+            PlanVerdict::Plan { steps, cost } => self.follow(cycle, steps, cost),
+            other if matches!(self.phase, Phase::Running(_)) => {
+                let reason = format!("there is no plan any more ({other:?})");
+                if cycle.is_settled() {
+                    self.preempt(cycle, reason)
+                } else {
+                    Answer::Command(CommandKind::Continue)
+                }
+            }
+            PlanVerdict::Missing { objects } => self.wait_for(cycle, &objects),
+            PlanVerdict::Unsolvable { proof, unknowns } => {
+                if unknowns {
+                    let reason = format!("no plan without the unknown facts ({proof})");
+                    return self.look(cycle, reason);
+                }
+                if !cycle.is_settled() {
+                    return self.look(cycle, "the scene is not settled".to_owned());
+                }
+                Answer::End(Verdict::Unsolvable { proof })
+            }
+            PlanVerdict::OutOfBudget { limit } => {
+                Answer::End(Verdict::GaveUp { limit: Limit::Planner, detail: limit })
+            }
+            PlanVerdict::Unsupported { feature } => Answer::End(Verdict::GaveUp {
+                limit: Limit::Planner,
+                detail: format!("unsupported: {feature}"),
+            }),
+        }
+    }
+
+    /// Compares what is seen with what was expected, and tells the difference.
+    fn explain(&mut self, cycle: &mut Cycle<'_>) {
+        if !cycle.is_settled() || matches!(self.phase, Phase::Settling(_)) {
+            return;
+        }
+        let known = self.expected.is_some();
+        let changed = match &self.expected {
+            Some(expected) => deviations(expected, &cycle.facts, &cycle.config.domain),
+            None => Vec::new(),
+        };
+        for deviation in &changed {
+            cycle.note(Note::Deviation(deviation.clone()));
+            self.causes.push(ReplanCause::Deviation(deviation.clone()));
+        }
+        let facts = &cycle.facts;
+        let done = cycle.notes.iter().any(|note| matches!(note, Note::Done { .. }));
+        if !known || done || !changed.is_empty() {
+            let state = Note::State {
+                facts: facts.known.iter().cloned().collect(),
+                unknown: facts.unknown.iter().cloned().collect(),
+            };
+            self.expected = Some(facts.clone());
+            cycle.note(state);
+        }
+    }
+
+    /// Whether a budget of the whole episode is used up.
+    fn spent(&self, cycle: &Cycle<'_>) -> Option<Verdict> {
+        let limits = &cycle.config.limits;
+        let give_up = |limit, detail| Some(Verdict::GaveUp { limit, detail });
+        let started_ns = self.started_ns.unwrap_or(cycle.input.now_ns);
+        let seconds = cycle.input.now_ns.saturating_sub(started_ns) as f64 / 1e9;
+        if self.is_hung(cycle) {
+            return give_up(Limit::SkillTimeout, "the robot does not break off".to_owned());
+        }
+        if self.counts.cycles > limits.cycles_max {
+            return give_up(Limit::Cycles, format!("{} cycles", limits.cycles_max));
+        }
+        if seconds > limits.seconds_max {
+            return give_up(Limit::Seconds, format!("{} s", limits.seconds_max));
+        }
+        if self.failures_total() > limits.failures_max {
+            let worst = self.failures.iter().max_by_key(|(_, n)| **n);
+            let worst = worst.map(|(step, n)| format!(", {step} {n} times")).unwrap_or_default();
+            let detail = format!("{} failed skills{worst}", self.failures_total());
+            return give_up(Limit::Failures, detail);
+        }
+        None
+    }
+
+    /// Follows a plan: keeps the running step, switches, or starts the first step.
+    fn follow(&mut self, cycle: &mut Cycle<'_>, steps: Vec<Step>, cost: u64) -> Answer {
+        self.unseen_frames = 0;
+        let go_on = Answer::Command(CommandKind::Continue);
+        if !cycle.is_settled() {
+            return match self.phase {
+                Phase::Running(_) => go_on,
+                Phase::Idle | Phase::Settling(_) => {
+                    self.look(cycle, "the scene is not settled".to_owned())
+                }
+            };
+        }
+        self.switch(cycle, &steps, cost);
+        let first = steps.first();
+        match (&self.phase, first) {
+            (Phase::Running(running), Some(step)) if running.step == *step => {
+                match self.trouble(cycle) {
+                    Some(reason) => self.preempt(cycle, reason),
+                    None => go_on,
+                }
+            }
+            (Phase::Running(_), None) => go_on,
+            (Phase::Running(_), Some(step)) => {
+                let reason = format!("{step} comes first now");
+                self.preempt(cycle, reason)
+            }
+            (_, None) => Answer::End(Verdict::Reached),
+            (_, Some(step)) => {
+                let step = step.clone();
+                self.dispatch(cycle, &step)
+            }
+        }
+    }
+
+    /// Takes over a new plan; tells and counts the switch when it has a cause.
+    fn switch(&mut self, cycle: &mut Cycle<'_>, steps: &[Step], cost: u64) {
+        let old = match &self.remaining {
+            Some(remaining) if remaining == steps => {
+                return;
+            }
+            Some(remaining) => remaining.first().cloned(),
+            None => None,
+        };
+        let is_first = self.remaining.is_none();
+        self.remaining = Some(steps.to_vec());
+        let causes = std::mem::take(&mut self.causes);
+        if !is_first && !causes.is_empty() {
+            self.counts.replans += 1;
+            cycle.replanned = true;
+            cycle.note(Note::Replan { causes, old });
+        }
+        if !steps.is_empty() {
+            cycle.note(Note::Plan { steps: steps.to_vec(), cost });
+        }
+    }
+
+    /// Waits for one more frame, at most `limits.looks_max` times in a row.
+    pub(super) fn look(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
+        self.looks += 1;
+        if self.looks > cycle.config.limits.looks_max {
+            return Answer::End(Verdict::GaveUp { limit: Limit::Looks, detail: reason });
+        }
+        if self.looks == 1 {
+            cycle.note(Note::Look { reason });
+        }
+        Answer::Command(CommandKind::Continue)
+    }
+
+    /// Waits for objects that the goal names.
+    fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
+        self.unseen_frames += 1;
+        let detail = format!("never seen: {}", join(objects));
+        if self.unseen_frames > cycle.config.limits.unseen_frames_max {
+            return Answer::End(Verdict::GaveUp { limit: Limit::UnseenFrames, detail });
+        }
+        if self.unseen_frames == 1 {
+            cycle.note(Note::Look { reason: format!("the goal names {}", join(objects)) });
+        }
+        Answer::Command(CommandKind::Continue)
+    }
+
+    /// After a failure that needed no motion: the next frame decides.
+    pub(super) fn give_up_or_wait(&self, cycle: &Cycle<'_>) -> Answer {
+        self.spent(cycle)
+            .map_or(Answer::Command(CommandKind::Continue), Answer::End)
+    }
+}

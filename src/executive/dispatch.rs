@@ -1,0 +1,141 @@
+//! No action leaves unless its preconditions are known to hold in the newest confirmed state.
+
+use super::running::Running;
+use super::verdict::{Limit, Verdict};
+use super::{Answer, Cycle, Executive, Note, Phase};
+use crate::messages::CommandKind;
+use crate::pddl::{Changes, Step, Universe, bind, effects, evaluate, unsatisfied};
+use crate::scene::Truth;
+use crate::skills::Preempt;
+
+impl Executive {
+    /// Starts a step, or says why not.
+    pub(super) fn dispatch(&mut self, cycle: &mut Cycle<'_>, step: &Step) -> Answer {
+        let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
+            return Answer::End(Verdict::Planned);
+        };
+        if let Err(reason) = self.may_start(cycle, step) {
+            return self.look(cycle, reason);
+        }
+        if let Some(verdict) = self.circling(cycle) {
+            return Answer::End(verdict);
+        }
+        let objects = &cycle.input.scene.objects;
+        let planned =
+            cycle.config.skills.motion(step, objects, robot, self.held.clone(), motion_config);
+        let (motion, held) = match planned {
+            Ok(planned) => planned,
+            Err(error) => {
+                self.fail(cycle, step, error.to_string());
+                return self.give_up_or_wait(cycle);
+            }
+        };
+        self.last_command_id += 1;
+        self.looks = 0;
+        let cause = cycle.input.scene.cause;
+        let touched = cycle.config.skills.touched(step);
+        let targets = touched.iter().filter(|name| self.held_name() != Some(name.as_str()));
+        let targets = targets.filter_map(|name| {
+            Some((name.clone(), cycle.input.scene.object(name.as_str())?.volume?.centre))
+        });
+        self.phase = Phase::Running(Running {
+            step: step.clone(),
+            command_id: self.last_command_id,
+            started_ns: cause.capture_ns,
+            retractable: motion.waypoints.iter().map(|w| w.retractable).collect(),
+            targets: targets.collect(),
+            changes: changes(cycle, step),
+            break_off_ns: None,
+        });
+        self.held = held.or(self.held.take());
+        cycle.note(Note::Started { step: step.clone() });
+        Answer::Command(CommandKind::Start(motion))
+    }
+
+    fn held_name(&self) -> Option<&str> {
+        self.held.as_ref().map(|held| held.object.as_str())
+    }
+
+    /// Age, settledness, preconditions.
+    fn may_start(&self, cycle: &Cycle<'_>, step: &Step) -> Result<(), String> {
+        let age_ns = cycle.input.now_ns.saturating_sub(cycle.input.scene.cause.capture_ns);
+        let age_ms = age_ns / 1_000_000;
+        let limit = cycle.config.limits.state_age_ms_max;
+        if age_ms > limit {
+            return Err(format!("the newest scene is {age_ms} ms old (at most {limit} ms)"));
+        }
+        if !cycle.is_settled() {
+            let n = cycle.input.scene.unsettled;
+            return Err(format!("{n} facts are not confirmed yet"));
+        }
+        let domain = &cycle.config.domain;
+        let action = domain.action(step.action.as_str());
+        let Some((action, bindings)) = action.and_then(|a| Some((a, bind(a, &step.args)?))) else {
+            return Err(format!("{step} is not an action of the domain"));
+        };
+        let objects = cycle.input.scene.typed_objects();
+        let universe = Universe { types: &domain.types, objects: &objects };
+        let truth = |atom: &_| cycle.facts.truth(atom);
+        match evaluate(&action.precondition, &bindings, &universe, &truth) {
+            Truth::True => Ok(()),
+            Truth::Unknown => Err(format!("the precondition of {step} is not known to hold")),
+            Truth::False => {
+                let failing = unsatisfied(&action.precondition, &bindings, &universe, &truth);
+                Err(format!("the precondition of {step} does not hold: {}", failing.join(", ")))
+            }
+        }
+    }
+
+    /// Counts how often the present state was left before by a dispatch.
+    fn circling(&mut self, cycle: &Cycle<'_>) -> Option<Verdict> {
+        let state: Vec<String> = cycle.facts.known.iter().map(ToString::to_string).collect();
+        let state = state.concat();
+        if self.last_dispatch_state.as_ref() == Some(&state) {
+            return None;
+        }
+        let visits = self.visits.entry(state.clone()).or_default();
+        *visits += 1;
+        let visits = *visits;
+        self.last_dispatch_state = Some(state);
+        let limit = cycle.config.limits.revisits_max;
+        (visits > limit + 1).then(|| Verdict::GaveUp {
+            limit: Limit::Revisits,
+            detail: format!("going in circles: the same state was left {limit} times before"),
+        })
+    }
+
+    /// Breaks a running step off where its motion allows it; otherwise it finishes.
+    pub(super) fn preempt(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
+        let go_on = Answer::Command(CommandKind::Continue);
+        let (Phase::Running(running), Some(robot)) = (&mut self.phase, cycle.input.robot) else {
+            return go_on;
+        };
+        let action = cycle.config.skills.action(&running.step.action);
+        let policy = action.map_or(Preempt::RetractEmpty, |a| a.preempt);
+        let allowed = match policy {
+            Preempt::Retract => true,
+            Preempt::RetractEmpty => !robot.holding,
+        };
+        if !(allowed && running.is_retractable(robot.phase)) || running.break_off_ns.is_some() {
+            return go_on;
+        }
+        running.break_off_ns = Some(cycle.input.now_ns);
+        let step = running.step.clone();
+        cycle.note(Note::BreakOff { step, reason });
+        Answer::Command(CommandKind::BreakOff)
+    }
+}
+
+/// What a step changes from the present state.
+fn changes(cycle: &Cycle<'_>, step: &Step) -> Changes {
+    let domain = &cycle.config.domain;
+    let objects = cycle.input.scene.typed_objects();
+    let universe = Universe { types: &domain.types, objects: &objects };
+    let action = domain.action(step.action.as_str());
+    action
+        .and_then(|action| {
+            let bindings = bind(action, &step.args)?;
+            Some(effects(action, &bindings, &universe, &|atom| cycle.facts.truth(atom)))
+        })
+        .unwrap_or_default()
+}

@@ -1,0 +1,243 @@
+//! The loop as a pure state machine: what was seen, planned and reported in; one command out.
+//!
+//! It keeps no clock and does no I/O; everything arrives in [`CycleInput`].
+
+mod limits;
+mod verdict;
+mod explain;
+mod note;
+mod dispatch;
+mod running;
+mod decide;
+
+use std::collections::BTreeMap;
+
+use crate::messages::{
+    Command, CommandKind, PlanMessage, RobotState, Scene, Status, StepOutcome,
+};
+use crate::pddl::{Domain, Name, Step};
+use crate::scene::Facts;
+use crate::skills::{Held, MotionConfig, SkillBook};
+
+pub use explain::{Deviation, deviations};
+pub use limits::Limits;
+pub use note::{Note, ReplanCause};
+pub use verdict::{Limit, Stop, Verdict};
+
+use running::{Running, Settling};
+
+/// What does not change during an episode.
+#[derive(Debug, Clone)]
+pub struct ExecutiveConfig {
+    /// The domain.
+    pub domain: Domain,
+    /// How its actions are carried out.
+    pub skills: SkillBook,
+    /// How the robot moves; `None` without a robot: the first confirmed plan ends the episode.
+    pub motion: Option<MotionConfig>,
+    /// Every bound of the loop.
+    pub limits: Limits,
+}
+
+/// Everything one cycle looks at.
+#[derive(Debug, Clone, Copy)]
+pub struct CycleInput<'a> {
+    /// The newest scene.
+    pub scene: &'a Scene,
+    /// The newest plan.
+    pub plan: &'a PlanMessage,
+    /// The newest robot state; `None` without a robot.
+    pub robot: Option<&'a RobotState>,
+    /// What the robot has said since the last cycle.
+    pub statuses: &'a [Status],
+    /// Run time now: the frame's stamp in lockstep, the monotonic clock otherwise, nanoseconds.
+    pub now_ns: u64,
+}
+
+/// Which kind of answer a frame got; latencies are kept apart by it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AnswerKind {
+    /// The frame changed nothing.
+    Continue,
+    /// A skill was started.
+    Dispatch,
+    /// The plan was switched, whether a skill was started or not.
+    Replan,
+}
+
+/// The answer to one cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// What the robot is told.
+    pub command: Command,
+    /// Which kind of answer this is.
+    pub kind: AnswerKind,
+    /// What people are told.
+    pub notes: Vec<Note>,
+    /// How dispatched steps ended, for the planner.
+    pub outcomes: Vec<StepOutcome>,
+    /// How the episode ends, when it does.
+    pub verdict: Option<Verdict>,
+}
+
+/// What is counted over an episode.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Cycles that were answered.
+    pub cycles: u64,
+    /// Plan switches with a cause.
+    pub replans: u64,
+    /// Steps that did what they were to do.
+    pub skills_done: u64,
+    /// Steps that did not.
+    pub skills_failed: u64,
+}
+
+/// The loop's memory. A clone is a checkpoint: a restarted actor goes on from it.
+#[derive(Debug, Clone, Default)]
+pub struct Executive {
+    /// What is counted over the episode.
+    pub counts: Counts,
+    phase: Phase,
+    /// What should be seen, if nothing but the skills changes the world.
+    expected: Option<Facts>,
+    /// The plan that is followed, without what has been done.
+    remaining: Option<Vec<Step>>,
+    /// Deviations and failures since the last plan switch.
+    causes: Vec<ReplanCause>,
+    held: Option<Held>,
+    last_command_id: u64,
+    n_outcomes: u64,
+    failures: BTreeMap<Step, u32>,
+    looks: u32,
+    unseen_frames: u32,
+    visits: BTreeMap<String, u32>,
+    last_dispatch_state: Option<String>,
+    started_ns: Option<u64>,
+}
+
+/// What the robot is doing, as the loop knows it.
+#[derive(Debug, Clone, Default)]
+enum Phase {
+    /// Nothing.
+    #[default]
+    Idle,
+    /// A step.
+    Running(Running),
+    /// A step has ended; the scene has not settled yet.
+    Settling(Settling),
+}
+
+impl Executive {
+    /// Decides the answer to one cycle.
+    pub fn on(&mut self, config: &ExecutiveConfig, input: &CycleInput<'_>) -> Decision {
+        let mut cycle = Cycle {
+            config,
+            input,
+            facts: input.scene.confirmed(),
+            notes: Vec::new(),
+            outcomes: Vec::new(),
+            replanned: false,
+        };
+        self.counts.cycles += 1;
+        self.started_ns.get_or_insert(input.scene.cause.capture_ns);
+        let answer = self.decide(&mut cycle);
+        let (kind, verdict) = match answer {
+            Answer::Command(kind) => (kind, None),
+            Answer::End(verdict) => (CommandKind::Hold, Some(verdict)),
+        };
+        let started = matches!(kind, CommandKind::Start(_));
+        let label = self.label();
+        let replanned = cycle.replanned;
+        if let Some(verdict) = &verdict {
+            cycle.notes.push(Note::End(verdict.clone()));
+        }
+        Decision {
+            command: Command {
+                id: self.last_command_id,
+                frame_sequence: input.scene.cause.frame_sequence,
+                capture_ns: input.scene.cause.capture_ns,
+                kind,
+                label,
+            },
+            kind: match (replanned, started) {
+                (true, _) => AnswerKind::Replan,
+                (false, true) => AnswerKind::Dispatch,
+                (false, false) => AnswerKind::Continue,
+            },
+            notes: cycle.notes,
+            outcomes: cycle.outcomes,
+            verdict,
+        }
+    }
+
+    /// The command and verdict for a stop from outside: the robot holds.
+    pub fn stop(&mut self, frame_sequence: u64, capture_ns: u64, stop: Stop) -> Decision {
+        let verdict = Verdict::Stopped(stop);
+        Decision {
+            command: Command {
+                id: self.last_command_id,
+                frame_sequence,
+                capture_ns,
+                kind: CommandKind::Hold,
+                label: self.label(),
+            },
+            kind: AnswerKind::Continue,
+            notes: vec![Note::End(verdict.clone())],
+            outcomes: Vec::new(),
+            verdict: Some(verdict),
+        }
+    }
+
+    /// The plan that is followed, without what has been done.
+    pub fn remaining(&self) -> &[Step] {
+        self.remaining.as_deref().unwrap_or_default()
+    }
+
+    /// The step that the robot is carrying out.
+    pub fn running_step(&self) -> Option<&Step> {
+        match &self.phase {
+            Phase::Running(running) => Some(&running.step),
+            Phase::Idle | Phase::Settling(_) => None,
+        }
+    }
+
+    fn label(&self) -> String {
+        self.running_step().map(ToString::to_string).unwrap_or_default()
+    }
+
+    fn failures_total(&self) -> u32 {
+        self.failures.values().sum()
+    }
+}
+
+/// One cycle in the making.
+struct Cycle<'a> {
+    config: &'a ExecutiveConfig,
+    input: &'a CycleInput<'a>,
+    facts: Facts,
+    notes: Vec<Note>,
+    outcomes: Vec<StepOutcome>,
+    replanned: bool,
+}
+
+impl Cycle<'_> {
+    fn note(&mut self, note: Note) {
+        self.notes.push(note);
+    }
+
+    fn is_settled(&self) -> bool {
+        self.input.scene.unsettled == 0
+    }
+}
+
+/// What a cycle comes to.
+enum Answer {
+    Command(CommandKind),
+    End(Verdict),
+}
+
+/// A name list for messages.
+fn join(names: &[Name]) -> String {
+    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,187 @@
+//! A step in the robot's hands: statuses, timeouts, and what it came to.
+
+use super::{Cycle, Executive, Note, Phase, ReplanCause, Stop, Verdict};
+use crate::messages::{StatusKind, StepOutcome};
+use crate::pddl::{Changes, Name, Step};
+use crate::scene::{Facts, Truth};
+
+/// A step that the robot carries out.
+#[derive(Debug, Clone)]
+pub(super) struct Running {
+    pub(super) step: Step,
+    pub(super) command_id: u64,
+    pub(super) started_ns: u64,
+    /// Points of the motion until which it may be broken off.
+    pub(super) retractable: Vec<bool>,
+    /// Where the objects were that the motion goes to.
+    pub(super) targets: Vec<(Name, nalgebra::Point3<f64>)>,
+    /// What the step should change.
+    pub(super) changes: Changes,
+    /// When it was told to break off.
+    pub(super) break_off_ns: Option<u64>,
+}
+
+/// A step that has ended; its effects are being looked for.
+#[derive(Debug, Clone)]
+pub(super) struct Settling {
+    pub(super) step: Step,
+    pub(super) started_ns: u64,
+    pub(super) ended_ns: u64,
+    pub(super) changes: Changes,
+    pub(super) ending: Ending,
+    pub(super) frames: u32,
+}
+
+/// What the robot said at the end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Ending {
+    Done,
+    Failed(String),
+    BrokenOff,
+}
+
+impl Executive {
+    /// Takes in what the robot says: a running step may end.
+    pub(super) fn hear(&mut self, cycle: &Cycle<'_>) {
+        for status in cycle.input.statuses {
+            let Phase::Running(running) = &self.phase else { continue };
+            if status.command_id != running.command_id {
+                continue;
+            }
+            let ending = match &status.kind {
+                StatusKind::Accepted => continue,
+                StatusKind::Done => Ending::Done,
+                StatusKind::Failed(reason) => Ending::Failed(reason.clone()),
+                StatusKind::BrokenOff => Ending::BrokenOff,
+            };
+            self.phase = Phase::Settling(Settling {
+                step: running.step.clone(),
+                started_ns: running.started_ns,
+                ended_ns: status.capture_ns,
+                changes: running.changes.clone(),
+                ending,
+                frames: 0,
+            });
+        }
+        let holding = cycle.input.robot.is_some_and(|robot| robot.holding);
+        if matches!(self.phase, Phase::Idle) && !holding {
+            self.held = None;
+        }
+    }
+
+    /// Judges a step that has ended, once the scene has settled.
+    pub(super) fn judge(&mut self, cycle: &mut Cycle<'_>) {
+        let Phase::Settling(settling) = &mut self.phase else { return };
+        settling.frames += 1;
+        let waiting = !cycle.is_settled() && settling.frames <= cycle.config.limits.looks_max;
+        if waiting {
+            return;
+        }
+        let settling = settling.clone();
+        self.phase = Phase::Idle;
+        let lacking = lacking(&settling.changes, &cycle.facts);
+        let reason = match (&settling.ending, lacking) {
+            (Ending::BrokenOff, _) => return,
+            (Ending::Failed(reason), _) => reason.clone(),
+            (Ending::Done, Some(what)) => format!("done, but {what}"),
+            (Ending::Done, None) => {
+                let seconds = settling.ended_ns.saturating_sub(settling.started_ns) as f64 / 1e9;
+                self.succeed(cycle, &settling, seconds);
+                return;
+            }
+        };
+        self.fail(cycle, &settling.step, reason);
+    }
+
+    fn succeed(&mut self, cycle: &mut Cycle<'_>, settling: &Settling, seconds: f64) {
+        self.counts.skills_done += 1;
+        if let Some(expected) = &mut self.expected {
+            apply(&settling.changes, expected);
+        }
+        if let Some(remaining) = &mut self.remaining
+            && remaining.first() == Some(&settling.step)
+        {
+            remaining.remove(0);
+        }
+        cycle.note(Note::Done { step: settling.step.clone(), seconds });
+        self.report(cycle, &settling.step, true);
+    }
+
+    /// Counts a failure and tells planner and people.
+    pub(super) fn fail(&mut self, cycle: &mut Cycle<'_>, step: &Step, reason: String) {
+        self.counts.skills_failed += 1;
+        let failures = self.failures.entry(step.clone()).or_default();
+        *failures += 1;
+        let failures = *failures;
+        cycle.note(Note::Failed { step: step.clone(), reason: reason.clone(), failures });
+        self.causes.push(ReplanCause::Failure { step: step.clone(), reason });
+        self.report(cycle, step, false);
+    }
+
+    fn report(&mut self, cycle: &mut Cycle<'_>, step: &Step, succeeded: bool) {
+        let sequence = self.n_outcomes;
+        self.n_outcomes += 1;
+        let failures = self.failures.get(step).copied().unwrap_or(0);
+        cycle.outcomes.push(StepOutcome { sequence, step: step.clone(), succeeded, failures });
+    }
+
+    /// Whether a running step has to be broken off: its time is up, or a target has moved.
+    pub(super) fn trouble(&self, cycle: &Cycle<'_>) -> Option<String> {
+        let Phase::Running(running) = &self.phase else { return None };
+        let seconds = cycle.input.now_ns.saturating_sub(running.started_ns) as f64 / 1e9;
+        let timeout_s = cycle.config.limits.skill_timeout_s;
+        if seconds > timeout_s {
+            return Some(format!("it takes longer than {timeout_s} s"));
+        }
+        let limit = cycle.config.limits.target_moved_m_max;
+        running.targets.iter().find_map(|(name, planned)| {
+            let object = cycle.input.scene.object(name.as_str())?;
+            let moved = (object.volume?.centre - planned).norm();
+            (moved > limit).then(|| format!("{name} is {moved:.2} m from where it was"))
+        })
+    }
+
+    /// Whether the robot did not even break off in time.
+    pub(super) fn is_hung(&self, cycle: &Cycle<'_>) -> bool {
+        let Phase::Running(running) = &self.phase else { return false };
+        running.break_off_ns.is_some_and(|at| {
+            let seconds = cycle.input.now_ns.saturating_sub(at) as f64 / 1e9;
+            seconds > cycle.config.limits.skill_timeout_s
+        })
+    }
+}
+
+impl Running {
+    /// Whether the motion may be broken off where the robot is now.
+    pub(super) fn is_retractable(&self, phase: usize) -> bool {
+        self.retractable.get(phase).copied().unwrap_or(false)
+    }
+}
+
+/// What of a step's changes is not to be seen; `None` when all is.
+fn lacking(changes: &Changes, facts: &Facts) -> Option<String> {
+    let not_added = changes.add.iter().find(|atom| facts.truth(atom) != Truth::True);
+    let not_deleted = changes
+        .delete
+        .iter()
+        .find(|atom| !changes.add.contains(*atom) && facts.truth(atom) != Truth::False);
+    not_added
+        .map(|atom| format!("{atom} is not seen"))
+        .or_else(|| not_deleted.map(|atom| format!("{atom} still holds")))
+}
+
+/// Applies a step's changes to expected facts.
+fn apply(changes: &Changes, facts: &mut Facts) {
+    for atom in &changes.delete {
+        facts.set(atom.clone(), Truth::False);
+    }
+    for atom in &changes.add {
+        facts.set(atom.clone(), Truth::True);
+    }
+}
+
+impl From<Stop> for Verdict {
+    fn from(stop: Stop) -> Self {
+        Self::Stopped(stop)
+    }
+}

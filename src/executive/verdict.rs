@@ -1,0 +1,117 @@
+//! How an episode ends.
+
+use std::fmt;
+
+/// The named bound that ended an episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Limit {
+    /// `limits.cycles_max`.
+    Cycles,
+    /// `limits.seconds_max`.
+    Seconds,
+    /// `limits.looks_max`.
+    Looks,
+    /// `limits.unseen_frames_max`.
+    UnseenFrames,
+    /// `limits.failures_max`.
+    Failures,
+    /// `limits.revisits_max`.
+    Revisits,
+    /// `limits.skill_timeout_s`, twice: the robot did not even break off.
+    SkillTimeout,
+    /// A bound of the planner.
+    Planner,
+    /// `supervisor.restarts_max`.
+    Restarts,
+}
+
+impl Limit {
+    /// Its key in the run file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Cycles => "limits.cycles_max",
+            Self::Seconds => "limits.seconds_max",
+            Self::Looks => "limits.looks_max",
+            Self::UnseenFrames => "limits.unseen_frames_max",
+            Self::Failures => "limits.failures_max",
+            Self::Revisits => "limits.revisits_max",
+            Self::SkillTimeout => "limits.skill_timeout_s",
+            Self::Planner => "planner",
+            Self::Restarts => "supervisor.restarts_max",
+        }
+    }
+}
+
+/// Who stopped the episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Ctrl-C.
+    Interrupt,
+    /// SIGTERM.
+    Terminate,
+}
+
+/// How an episode ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// The goal holds in a confirmed state.
+    Reached,
+    /// Without a robot: a plan rests on a confirmed state.
+    Planned,
+    /// No plan exists from a confirmed state.
+    Unsolvable {
+        /// The kind of proof.
+        proof: String,
+    },
+    /// A bound was met.
+    GaveUp {
+        /// Which one.
+        limit: Limit,
+        /// What happened.
+        detail: String,
+    },
+    /// Stopped from outside; the robot was told to hold.
+    Stopped(Stop),
+}
+
+impl Verdict {
+    /// The word for it in reports.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::Planned => "planned",
+            Self::Unsolvable { .. } => "unsolvable",
+            Self::GaveUp { .. } => "gave-up",
+            Self::Stopped(_) => "stopped",
+        }
+    }
+
+    /// The process's exit code for it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Reached | Self::Planned => 0,
+            Self::Unsolvable { .. } => 3,
+            Self::GaveUp { .. } => 4,
+            Self::Stopped(Stop::Interrupt) => 130,
+            Self::Stopped(Stop::Terminate) => 143,
+        }
+    }
+
+    /// One sentence that says why.
+    pub fn reason(&self) -> String {
+        match self {
+            Self::Reached => "the goal holds in a confirmed state".to_owned(),
+            Self::Planned => "the plan rests on a confirmed state; there is no robot".to_owned(),
+            Self::Unsolvable { proof } => format!("no plan exists: {proof}"),
+            Self::GaveUp { limit, detail } => format!("{}: {detail}", limit.key()),
+            Self::Stopped(Stop::Interrupt) => "interrupted; the robot holds".to_owned(),
+            Self::Stopped(Stop::Terminate) => "terminated; the robot holds".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.word(), self.reason())
+    }
+}

@@ -1,0 +1,259 @@
+//! Why a goal was not understood, pointing at the words.
+
+use std::fmt;
+use std::ops::Range;
+
+use thiserror::Error;
+
+use crate::pddl::{Name, PddlError};
+
+/// A goal cannot be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GoalError {
+    /// No goal source has this name.
+    #[error("unknown goal kind \"{kind}\": expected one of {known}")]
+    UnknownKind {
+        /// The kind asked for.
+        kind: String,
+        /// The kinds there are.
+        known: String,
+    },
+    /// The domain has no `language.toml`.
+    #[error("a goal of kind \"instruction\" needs the domain's language.toml")]
+    NoLanguage {},
+    /// The domain's `language.toml` is wrong.
+    #[error("{file}: {message}")]
+    Language {
+        /// The file.
+        file: String,
+        /// What is wrong; names the key.
+        message: String,
+    },
+    /// The PDDL goal is wrong.
+    #[error(transparent)]
+    Logical {
+        /// The parser's error.
+        #[from]
+        source: PddlError,
+    },
+    /// The instruction cannot be understood.
+    #[error("{reason}")]
+    Instruction {
+        /// What was not understood, and where.
+        reason: Box<Misunderstood>,
+    },
+}
+
+impl GoalError {
+    /// Whether objects not seen yet are all that is missing, so that another look may help.
+    pub fn may_resolve_later(&self) -> bool {
+        match self {
+            Self::Instruction { reason } => matches!(reason.reason, Reason::NotSeen { .. }),
+            Self::UnknownKind { .. }
+            | Self::NoLanguage {}
+            | Self::Language { .. }
+            | Self::Logical { .. } => false,
+        }
+    }
+
+    /// The error as several lines of plain text, with the words underlined where there are any.
+    pub fn render(&self) -> String {
+        match self {
+            Self::Instruction { reason } => reason.render(),
+            Self::Logical { source } => source.render(),
+            Self::UnknownKind { .. } | Self::NoLanguage {} | Self::Language { .. } => {
+                format!("error: {self}")
+            }
+        }
+    }
+}
+
+impl From<Misunderstood> for GoalError {
+    fn from(reason: Misunderstood) -> Self {
+        Self::Instruction { reason: Box::new(reason) }
+    }
+}
+
+/// Which words of an instruction are not understood, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Misunderstood {
+    /// The whole instruction.
+    pub instruction: String,
+    /// The words, in bytes of the instruction.
+    pub span: Range<usize>,
+    /// What is wrong with them.
+    pub reason: Reason,
+    /// A sentence that would be understood.
+    pub example: Option<String>,
+}
+
+/// What is wrong with some words of an instruction.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Reason {
+    /// The instruction says nothing.
+    #[error("the instruction says nothing about any object")]
+    Empty {},
+    /// The instruction is too long.
+    #[error("expected at most {bytes_max} bytes of instruction, got {bytes}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+        /// The limit.
+        bytes_max: usize,
+    },
+    /// A word is not in the domain's language.
+    #[error("\"{word}\" is not a word of this domain{}", did_you_mean(close))]
+    UnknownWord {
+        /// The word.
+        word: String,
+        /// Known words that come close, best first.
+        close: Vec<String>,
+    },
+    /// A word is only known as part of longer phrases.
+    #[error("\"{word}\" alone means nothing here; it is known in {}", quoted(phrases, ", "))]
+    PartOfPhrase {
+        /// The word.
+        word: String,
+        /// Some of the phrases, without articles.
+        phrases: Vec<String>,
+    },
+    /// An object stands there without any statement about it.
+    #[error("nothing is said about \"{phrase}\"")]
+    NothingSaid {
+        /// The object's words.
+        phrase: String,
+    },
+    /// Two objects follow each other without a relation between them.
+    #[error("expected a relation between \"{left}\" and \"{right}\", such as \"{relation}\"")]
+    NoRelation {
+        /// The first object's words.
+        left: String,
+        /// The second object's words.
+        right: String,
+        /// A relation word of the domain.
+        relation: String,
+    },
+    /// A relation or property lacks an object.
+    #[error("expected an object {side} \"{word}\"")]
+    NoObject {
+        /// "before" or "after".
+        side: &'static str,
+        /// The relation's words.
+        word: String,
+    },
+    /// A word stands where it means nothing.
+    #[error("\"{word}\" makes no sense here: expected {expected}")]
+    OutOfPlace {
+        /// The word.
+        word: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// A relation or property is not for these objects.
+    #[error("\"{word}\" cannot be said of {given}: expected {wanted}")]
+    WrongTypes {
+        /// The relation's words.
+        word: String,
+        /// The types of the objects.
+        given: String,
+        /// What the domain's predicates take.
+        wanted: String,
+    },
+    /// Several objects fit the words.
+    #[error("\"{phrase}\" may be any of {}", list(candidates))]
+    Ambiguous {
+        /// The words.
+        phrase: String,
+        /// The objects that fit.
+        candidates: Vec<Name>,
+    },
+    /// The words need objects that have not been seen.
+    #[error("\"{phrase}\" cannot be told yet: {seen} of {wanted} {type_name} objects seen")]
+    NotSeen {
+        /// The words.
+        phrase: String,
+        /// The type looked for.
+        type_name: Name,
+        /// How many such objects were seen.
+        seen: usize,
+        /// How many are needed at least.
+        wanted: usize,
+    },
+    /// Too few or too many objects for a position or a number.
+    #[error("\"{phrase}\" does not fit: there are {seen} such objects")]
+    WrongNumber {
+        /// The words.
+        phrase: String,
+        /// How many objects fit the rest of the words.
+        seen: usize,
+    },
+    /// Two statements exclude each other.
+    #[error("{first} and {second} contradict each other: {because}")]
+    Contradiction {
+        /// A ground atom.
+        first: String,
+        /// Another.
+        second: String,
+        /// The rule of the domain's language they break.
+        because: String,
+    },
+    /// A chain of statements returns to where it started.
+    #[error("the statements go in a circle: {circle}")]
+    Circle {
+        /// The objects, first one repeated at the end.
+        circle: String,
+    },
+}
+
+impl Misunderstood {
+    /// The first place as (line, column), both from 1, columns in characters.
+    pub fn line_column(&self) -> (usize, usize) {
+        let before = self.instruction.get(..self.span.start).unwrap_or(&self.instruction);
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// Several lines of plain text: the reason, the instruction with the words underlined, an
+    /// example.
+    pub fn render(&self) -> String {
+        let (line_number, column) = self.line_column();
+        let line = self.instruction.lines().nth(line_number - 1).unwrap_or_default();
+        let words = self.instruction.get(self.span.clone()).unwrap_or_default();
+        let width = words.lines().next().unwrap_or_default().chars().count().max(1);
+        // Tabs are shown as one space so that the marks stand below the words.
+        let shown = line.replace('\t', " ");
+        let mut text = format!(
+            "instruction:{line_number}:{column}: error: {}\n  | {shown}\n  | {}{}",
+            self.reason,
+            " ".repeat(column - 1),
+            "^".repeat(width)
+        );
+        if let Some(example) = &self.example {
+            text.push_str("\n  = example: ");
+            text.push_str(example);
+        }
+        text
+    }
+}
+
+impl fmt::Display for Misunderstood {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, column) = self.line_column();
+        write!(f, "instruction:{line}:{column}: {}", self.reason)
+    }
+}
+
+fn did_you_mean(close: &[String]) -> String {
+    if close.is_empty() {
+        return String::new();
+    }
+    format!("; did you mean {}?", quoted(close, " or "))
+}
+
+fn quoted(words: &[String], between: &str) -> String {
+    words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(between)
+}
+
+fn list(names: &[Name]) -> String {
+    names.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,281 @@
+//! `language.toml`: how people say goals in a domain.
+//!
+//! A phrase is one or more words; case, hyphens and articles do not matter. The longest phrase that
+//! fits is taken. Every word that no phrase covers is an error, so nothing is misread in silence.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::GoalError;
+use crate::pddl::{Domain, Name};
+
+/// The words of one domain.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Language {
+    /// Sentences that are understood; the first one is shown with every error.
+    pub examples: Vec<String>,
+    /// Words left out wherever they stand, also inside phrases ("the").
+    #[serde(default)]
+    pub articles: Vec<String>,
+    /// Phrases that say nothing about the goal ("please", "build").
+    #[serde(default)]
+    pub fillers: Vec<String>,
+    /// Phrases between statements and between objects of a list, beside `,` `;` and `.` ("and").
+    #[serde(default)]
+    pub separators: Vec<String>,
+    /// Phrases that end a heading, beside `:` ("with" in "a tower with red on blue").
+    #[serde(default)]
+    pub heading_ends: Vec<String>,
+    /// Phrases for every object of a type ("all", "each").
+    #[serde(default)]
+    pub all: Vec<String>,
+    /// Phrases for the object named last ("it").
+    #[serde(default)]
+    pub pronouns: Vec<String>,
+    /// Phrases before the place something comes from; the place is no part of the goal ("from").
+    #[serde(default)]
+    pub sources: Vec<String>,
+    /// Number words, from one upwards; digits are always understood.
+    #[serde(default)]
+    pub numbers: Vec<String>,
+    /// Predicates whose atoms may not form a circle.
+    #[serde(default)]
+    pub acyclic: Vec<Name>,
+    /// Colour names with further words for each.
+    #[serde(default)]
+    pub colours: BTreeMap<Name, Vec<String>>,
+    /// Words for groups that are counted ("two stacks"), for a remark only.
+    pub stacks: Option<Stacks>,
+    /// Words for the types of objects.
+    #[serde(default, rename = "noun")]
+    pub nouns: Vec<Noun>,
+    /// Words that single out an object by its box.
+    #[serde(default, rename = "position")]
+    pub positions: Vec<Position>,
+    /// Words for binary predicates.
+    #[serde(default, rename = "relation")]
+    pub relations: Vec<Relation>,
+    /// Words for unary predicates, before or after their object.
+    #[serde(default, rename = "property")]
+    pub properties: Vec<Property>,
+    /// Words that turn a list of objects into a chain.
+    #[serde(default, rename = "sequence")]
+    pub sequences: Vec<Sequence>,
+    /// Pairs of atoms that no goal may ask for together.
+    #[serde(default, rename = "never")]
+    pub nevers: Vec<Never>,
+}
+
+/// Words for a type of objects.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noun {
+    /// The PDDL type.
+    #[serde(rename = "type")]
+    pub type_name: Name,
+    /// Phrases for one object ("block").
+    pub one: Vec<String>,
+    /// Phrases for several objects; without a colour they mean all of them ("blocks").
+    pub many: Vec<String>,
+    /// Phrases for all objects that need no noun ("everything", "the tower").
+    #[serde(default)]
+    pub everything: Vec<String>,
+    /// The name of an object that is said before it is seen: `{colour}` and `{type}` are filled in.
+    /// Without it such an object must be seen first.
+    pub name: Option<String>,
+    /// How many objects must be seen before positions are resolved over them.
+    #[serde(default = "one")]
+    pub seen_min: usize,
+}
+
+/// Words that single out one object of a type by its box.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Position {
+    /// Which object.
+    pub pick: Pick,
+    /// Phrases before the noun, or alone ("rightmost").
+    pub before: Vec<String>,
+    /// Phrases after the noun ("on the right").
+    #[serde(default)]
+    pub after: Vec<String>,
+}
+
+/// Which of several boxes is meant; ties go to the first name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pick {
+    /// Smallest centre column.
+    Left,
+    /// Largest centre column.
+    Right,
+    /// The one in the middle by centre column; an odd number of boxes is needed.
+    Middle,
+    /// Smallest centre row.
+    Top,
+    /// Largest centre row.
+    Bottom,
+    /// Smallest area.
+    Smallest,
+    /// Largest area.
+    Largest,
+    /// The n-th by centre column, counted from 1.
+    FromLeft(usize),
+}
+
+/// Words for a binary predicate.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Relation {
+    /// The phrases; several relations may share one, the types of the objects then decide.
+    pub phrases: Vec<String>,
+    /// The PDDL predicate.
+    pub predicate: Name,
+    /// Whether the object said second is the predicate's first argument ("under").
+    #[serde(default)]
+    pub swap: bool,
+}
+
+/// Words for a unary predicate.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Property {
+    /// The phrases.
+    pub phrases: Vec<String>,
+    /// The PDDL predicate.
+    pub predicate: Name,
+}
+
+/// Words that turn a list into a chain ("from top to bottom: red, blue").
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sequence {
+    /// The phrases.
+    pub phrases: Vec<String>,
+    /// The binary PDDL predicate between neighbours of the list.
+    pub predicate: Name,
+    /// Whether the later object is the predicate's first argument.
+    #[serde(default)]
+    pub swap: bool,
+}
+
+/// Words for groups that are counted.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stacks {
+    /// The phrases ("stacks of blocks").
+    pub phrases: Vec<String>,
+    /// The predicate whose connected atoms form one group.
+    pub predicate: Name,
+}
+
+/// Two atoms that exclude each other; different variables are different objects.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Never {
+    /// Both patterns, as in `["(on ?x ?y)", "(on ?x ?z)"]`.
+    pub both: [Pattern; 2],
+    /// Why, as a clause for a message.
+    pub because: String,
+}
+
+/// An atom over variables, written as in PDDL.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Pattern {
+    /// The predicate.
+    pub predicate: Name,
+    /// Its variables, without question marks.
+    pub variables: Vec<Name>,
+}
+
+impl TryFrom<String> for Pattern {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let wanted = || format!("expected an atom such as \"(on ?x ?y)\", got \"{text}\"");
+        let inner = text.trim().strip_prefix('(').and_then(|t| t.strip_suffix(')'));
+        let mut words = inner.ok_or_else(wanted)?.split_whitespace();
+        let predicate = Name::new(words.next().ok_or_else(wanted)?);
+        let variables: Option<Vec<Name>> =
+            words.map(|word| word.strip_prefix('?').map(Name::new)).collect();
+        Ok(Self { predicate, variables: variables.ok_or_else(wanted)? })
+    }
+}
+
+fn one() -> usize {
+    1
+}
+
+impl Language {
+    /// Reads a `language.toml`; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// [`GoalError::Language`] with line and column for text that is not TOML of this form.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, GoalError> {
+        toml::from_str(text).map_err(|error| {
+            let message = error.to_string().trim_end().to_owned();
+            GoalError::Language { file: file.to_owned(), message }
+        })
+    }
+
+    /// Checks that every type and predicate exists in the domain and takes as many arguments.
+    ///
+    /// # Errors
+    /// [`GoalError::Language`] naming the key and the name that does not fit.
+    pub fn check(&self, domain: &Domain) -> Result<(), GoalError> {
+        for noun in &self.nouns {
+            known_type(domain, &noun.type_name)?;
+        }
+        for relation in &self.relations {
+            takes(domain, "relation", &relation.predicate, 2)?;
+        }
+        for sequence in &self.sequences {
+            takes(domain, "sequence", &sequence.predicate, 2)?;
+        }
+        for property in &self.properties {
+            takes(domain, "property", &property.predicate, 1)?;
+        }
+        if let Some(stacks) = &self.stacks {
+            takes(domain, "stacks", &stacks.predicate, 2)?;
+        }
+        for predicate in &self.acyclic {
+            takes(domain, "acyclic", predicate, 2)?;
+        }
+        for pattern in self.nevers.iter().flat_map(|never| &never.both) {
+            takes(domain, "never", &pattern.predicate, pattern.variables.len())?;
+        }
+        Ok(())
+    }
+}
+
+/// An error about a key of `language.toml` that is well-formed but does not fit the domain.
+pub(super) fn misfit(message: String) -> GoalError {
+    GoalError::Language { file: "language.toml".to_owned(), message }
+}
+
+fn known_type(domain: &Domain, type_name: &Name) -> Result<(), GoalError> {
+    let types = &domain.types.parents;
+    let known = types.contains_key(type_name)
+        || *type_name == "object"
+        || types.values().any(|parents| parents.contains(type_name));
+    if known {
+        return Ok(());
+    }
+    Err(misfit(format!("noun: the domain {} has no type \"{type_name}\"", domain.name)))
+}
+
+fn takes(domain: &Domain, key: &str, predicate: &Name, n_args: usize) -> Result<(), GoalError> {
+    let signature = domain.predicate(predicate.as_str()).ok_or_else(|| {
+        misfit(format!("{key}: the domain {} has no predicate \"{predicate}\"", domain.name))
+    })?;
+    let arity = signature.params.len();
+    if arity == n_args {
+        return Ok(());
+    }
+    Err(misfit(format!(
+        "{key}: expected a predicate of {n_args} arguments, \"{predicate}\" has {arity}"
+    )))
+}

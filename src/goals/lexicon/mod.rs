@@ -1,0 +1,106 @@
+//! Goals of kind "instruction": an offline parser for sentences, driven by `language.toml`.
+//!
+//! Words → phrases (longest match) → statements (small grammar) → atoms over seen and expected
+//! objects → checks. Nothing here knows a domain; nothing is guessed: a word without a meaning, an
+//! object without a statement or two statements that exclude each other are errors.
+
+mod contradictions;
+mod grammar;
+mod positions;
+mod resolve;
+mod spelling;
+mod tokens;
+mod vocabulary;
+
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use super::{
+    GoalError, GoalObject, GoalSettings, GoalSource, Language, Misunderstood, ParsedGoal, Reason,
+};
+use crate::pddl::Domain;
+use resolve::Resolver;
+use vocabulary::Vocabulary;
+
+/// Most bytes of an instruction.
+pub const INSTRUCTION_BYTES_MAX: usize = 4096;
+
+/// A place in the instruction, in bytes.
+type Span = Range<usize>;
+
+/// What is wrong, and where.
+#[derive(Debug)]
+struct Fault {
+    span: Span,
+    reason: Reason,
+}
+
+/// The goal source of kind "instruction".
+#[derive(Debug)]
+struct Instruction {
+    text: String,
+    language: Language,
+}
+
+/// Makes the goal source of kind "instruction".
+///
+/// # Errors
+/// [`GoalError::NoLanguage`] when the domain has no `language.toml`.
+pub fn build(settings: &GoalSettings) -> Result<Box<dyn GoalSource>, GoalError> {
+    let language = settings.language.clone().ok_or(GoalError::NoLanguage {})?;
+    Ok(Box::new(Instruction { text: settings.text.clone(), language }))
+}
+
+impl GoalSource for Instruction {
+    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+        parse(&self.text, domain, &self.language, objects)
+    }
+}
+
+/// Reads an instruction as a goal over `objects` and objects that are expected to turn up.
+///
+/// # Errors
+/// [`GoalError::Language`] when the language does not fit the domain, [`GoalError::Instruction`]
+/// when the words are not understood, are ambiguous or contradict each other.
+pub fn parse(
+    instruction: &str,
+    domain: &Domain,
+    language: &Language,
+    objects: &[GoalObject],
+) -> Result<ParsedGoal, GoalError> {
+    language.check(domain)?;
+    let vocabulary = Vocabulary::new(language, objects)?;
+    understand(instruction, domain, language, &vocabulary, objects).map_err(|fault| {
+        let example = language.examples.first().cloned();
+        let instruction = instruction.to_owned();
+        Misunderstood { instruction, span: fault.span, reason: fault.reason, example }.into()
+    })
+}
+
+fn understand(
+    text: &str,
+    domain: &Domain,
+    language: &Language,
+    vocabulary: &Vocabulary,
+    objects: &[GoalObject],
+) -> Result<ParsedGoal, Fault> {
+    if text.len() > INSTRUCTION_BYTES_MAX {
+        let reason = Reason::TooLong { bytes: text.len(), bytes_max: INSTRUCTION_BYTES_MAX };
+        return Err(Fault { span: 0..0, reason });
+    }
+    let tokens = tokens::tokens(text, vocabulary, objects)?;
+    let parsed = grammar::parse(&tokens, text, language)?;
+    if parsed.statements.is_empty() {
+        return Err(Fault { span: 0..text.trim_end().len(), reason: Reason::Empty {} });
+    }
+    let mut resolver = Resolver::new(text, domain, language, objects);
+    for statement in &parsed.statements {
+        resolver.state(statement)?;
+    }
+    let atoms = resolver.ground_atoms();
+    contradictions::check(&atoms, language)?;
+    resolver.note_stacks(&atoms, &parsed);
+    Ok(resolver.finish(&parsed.sources))
+}

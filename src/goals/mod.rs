@@ -1,0 +1,139 @@
+//! Where the goal of an episode comes from: a trait, a table, one file per kind.
+//!
+//! The goal is read once and stays constant; only what the camera shows changes.
+
+pub mod error;
+pub mod fixed;
+pub mod language;
+pub mod lexicon;
+
+use std::ops::Range;
+
+pub use error::{GoalError, Misunderstood, Reason};
+pub use language::Language;
+
+use crate::geometry::PixelBox;
+use crate::pddl::{Condition, Domain, Name, Typed};
+
+/// One object that a goal may speak of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GoalObject {
+    /// Its identity.
+    pub name: Name,
+    /// Its PDDL type.
+    pub type_name: Name,
+    /// Its colour name, where the detector gives one.
+    pub colour: Option<Name>,
+    /// Where it is in the image; words such as "rightmost" are resolved over these boxes.
+    pub pixel_box: Option<PixelBox>,
+}
+
+/// What a phrase of the goal stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Referent {
+    /// One object, seen or expected.
+    Object(Name),
+    /// Several objects that the words single out ("the red disks").
+    Several(Vec<Name>),
+    /// Every object of a type, also those that have not been seen.
+    Every(Name),
+}
+
+/// One phrase of the goal that names an object.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Phrase {
+    /// The words as they were written.
+    pub text: String,
+    /// Their place in the goal's text, in bytes.
+    pub span: Range<usize>,
+    /// What they stand for.
+    pub means: Referent,
+}
+
+/// A goal, understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParsedGoal {
+    /// The goal condition; its objects are seen ones or listed in `expected`.
+    pub goal: Condition,
+    /// The phrases that name objects, in the order of the text; none for a logical goal.
+    pub phrases: Vec<Phrase>,
+    /// Objects that the goal names and nothing has shown yet, in order of mention.
+    pub expected: Vec<Typed>,
+    /// Remarks for people: what was assumed or ignored.
+    pub notes: Vec<String>,
+}
+
+/// A source of goals.
+pub trait GoalSource: std::fmt::Debug + Send + Sync {
+    /// Reads the goal against a domain and the objects seen so far.
+    ///
+    /// # Errors
+    /// The goal is malformed, contradicts itself or cannot be resolved over these objects;
+    /// [`GoalError::may_resolve_later`] tells whether another look could help.
+    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError>;
+}
+
+/// What a goal source is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GoalSettings {
+    /// Where the text comes from, for messages ("run.toml: goal").
+    pub origin: String,
+    /// The goal as the user wrote it.
+    pub text: String,
+    /// The domain's `language.toml`, where there is one.
+    pub language: Option<Language>,
+}
+
+/// Makes a goal source.
+pub type Build = fn(&GoalSettings) -> Result<Box<dyn GoalSource>, GoalError>;
+
+/// Every goal source by the `kind` a run file gives, in alphabetical order.
+pub const GOALS: &[(&str, Build)] = &[("instruction", lexicon::build), ("logical", fixed::build)];
+
+/// Makes the goal source of that kind.
+///
+/// # Errors
+/// [`GoalError::UnknownKind`] when no source has that name, or what the source itself reports.
+pub fn build(kind: &str, settings: &GoalSettings) -> Result<Box<dyn GoalSource>, GoalError> {
+    match GOALS.iter().find(|(name, _)| *name == kind) {
+        Some((_, build)) => build(settings),
+        None => Err(GoalError::UnknownKind {
+            kind: kind.to_owned(),
+            known: GOALS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pddl::{SourceText, parse_domain};
+
+    fn settings(text: &str) -> GoalSettings {
+        let language = Language::from_toml("language.toml", "examples = []").unwrap();
+        GoalSettings {
+            origin: "run.toml".to_owned(),
+            text: text.to_owned(),
+            language: Some(language),
+        }
+    }
+
+    #[test]
+    fn the_table_is_alphabetical_and_every_source_refuses_nonsense() {
+        assert!(GOALS.is_sorted_by_key(|(name, _)| *name));
+        let domain = SourceText::new("d", "(define (domain d) (:predicates (p ?x)))");
+        let domain = parse_domain(&domain).unwrap().value;
+        for (name, _) in GOALS {
+            let source = build(name, &settings("(((")).unwrap();
+            let error = source.read(&domain, &[]).unwrap_err();
+            assert!(!error.render().is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_kind_lists_the_known_ones() {
+        let error = build("wish", &settings("")).unwrap_err();
+        let wanted = "unknown goal kind \"wish\": expected one of instruction, logical";
+        assert_eq!(error.to_string(), wanted);
+    }
+}

@@ -1,0 +1,47 @@
+//! Which tuples of objects a predicate may hold of.
+
+use super::{ObjectBox, ObservedSpec, PerceptionError};
+use crate::pddl::{Domain, Name, Types};
+
+/// The types that each argument of a predicate may have.
+pub type CandidateSlots = Vec<Vec<Name>>;
+
+/// The argument types of an observed predicate: the domain's, unless the perception file gives
+/// others.
+///
+/// # Errors
+/// [`PerceptionError::Value`] when the domain has no such predicate.
+pub fn slots(domain: &Domain, spec: &ObservedSpec) -> Result<CandidateSlots, PerceptionError> {
+    if let Some(candidates) = &spec.candidates {
+        return Ok(candidates.clone());
+    }
+    let Some(signature) = domain.predicate(spec.predicate.as_str()) else {
+        return Err(PerceptionError::Value {
+            field: "observed.predicate".to_owned(),
+            expected: "a predicate of the domain".to_owned(),
+            got: spec.predicate.to_string(),
+        });
+    };
+    Ok(signature.params.iter().map(|p| p.types.clone()).collect())
+}
+
+/// Every ordered tuple of different objects whose types fit, as indices into `objects`.
+///
+/// Predicates of more than two objects give none: no feature takes them.
+pub fn tuples(types: &Types, slots: &[Vec<Name>], objects: &[ObjectBox]) -> Vec<Vec<usize>> {
+    let fitting = |wanted: &[Name]| -> Vec<usize> {
+        let fits = |o: &ObjectBox| types.fits(std::slice::from_ref(&o.type_name), wanted);
+        (0..objects.len()).filter(|&i| fits(&objects[i])).collect()
+    };
+    match slots {
+        [only] => fitting(only).into_iter().map(|i| vec![i]).collect(),
+        [first, second] => {
+            let seconds = fitting(second);
+            let pairs = fitting(first)
+                .into_iter()
+                .flat_map(|i| seconds.iter().filter(move |&&j| i != j).map(move |&j| vec![i, j]));
+            pairs.collect()
+        }
+        _ => Vec::new(),
+    }
+}

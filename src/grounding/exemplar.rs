@@ -1,0 +1,194 @@
+//! Labelled examples: boxes in an image together with the facts that hold there.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use serde::Deserializer as _;
+use serde::de::{MapAccess, Visitor};
+use thiserror::Error;
+
+use super::ObjectBox;
+use crate::geometry::PixelBox;
+use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
+
+/// One labelled example.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exemplar {
+    /// What to call it in explanations: the file of its boxes.
+    pub name: String,
+    /// Width and height of its image, in pixels.
+    pub image_size: [u32; 2],
+    /// The labelled boxes, with the types the state declares.
+    pub objects: Vec<ObjectBox>,
+    /// The facts that hold; an atom over labelled objects that is absent does not hold.
+    pub init: BTreeSet<Atom>,
+}
+
+/// The files of one labelled example, as text.
+#[derive(Debug, Clone)]
+pub struct ExemplarText {
+    /// `{"name": [x1, y1, x2, y2], …}` in pixels of the image.
+    pub boxes: SourceText,
+    /// A PDDL problem whose objects and init describe the image; its goal is not used.
+    pub state: SourceText,
+    /// Width and height of the image, in pixels.
+    pub image_size: [u32; 2],
+}
+
+/// One or more labelled examples of one camera set-up, pooled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exemplars {
+    examples: Vec<Exemplar>,
+}
+
+/// A labelled example is not usable.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ExemplarError {
+    /// The box file is not a JSON object of four-number lists.
+    #[error("{file}: expected {{\"name\": [x1, y1, x2, y2], …}}: {message}")]
+    Form {
+        /// The file.
+        file: String,
+        /// What the parser says, with line and column.
+        message: String,
+    },
+    /// A box is not usable.
+    #[error("{file}: {object}: expected {expected}, got {got}")]
+    Box {
+        /// The file.
+        file: String,
+        /// The object whose box it is.
+        object: String,
+        /// What a box must be.
+        expected: String,
+        /// What it is.
+        got: String,
+    },
+    /// The state file is not a problem of the domain.
+    #[error("{0}")]
+    State(#[from] PddlError),
+    /// There is no example.
+    #[error("expected at least one labelled example, got none")]
+    Empty,
+    /// Examples of different image sizes: their pixels cannot be compared.
+    #[error("{file}: expected an image of {expected:?} like the other examples, got {got:?}")]
+    Size {
+        /// The file of the differing example's boxes.
+        file: String,
+        /// Width and height of the first example.
+        expected: [u32; 2],
+        /// Width and height of this one.
+        got: [u32; 2],
+    },
+}
+
+impl Exemplar {
+    /// Reads one labelled example.
+    ///
+    /// # Errors
+    /// [`ExemplarError`] naming the file and the object whose box is empty, not finite, outside
+    /// the image, there twice, or not an object of the state.
+    pub fn parse(text: &ExemplarText, domain: &Domain) -> Result<Self, ExemplarError> {
+        let state = parse_problem(&text.state, domain)?.value;
+        let mut json = serde_json::Deserializer::from_str(&text.boxes.text);
+        let form = |e: serde_json::Error| ExemplarError::Form {
+            file: text.boxes.name.clone(),
+            message: e.to_string(),
+        };
+        let boxes = json.deserialize_map(BoxList).map_err(form)?;
+        json.end().map_err(form)?;
+        let declared: Vec<Typed> = state.objects.iter().chain(&domain.constants).cloned().collect();
+        Self::new(&text.boxes.name, text.image_size, &boxes, (&declared, state.init))
+    }
+
+    /// Makes a labelled example from boxes and a state: its declared objects and what holds.
+    ///
+    /// # Errors
+    /// As [`Exemplar::parse`]; `name` stands for the file.
+    pub fn new(
+        name: &str,
+        image_size: [u32; 2],
+        boxes: &[(Name, PixelBox)],
+        (declared, init): (&[Typed], BTreeSet<Atom>),
+    ) -> Result<Self, ExemplarError> {
+        let declared: BTreeMap<&Name, &Typed> = declared.iter().map(|t| (&t.name, t)).collect();
+        let mut seen = BTreeSet::new();
+        let mut objects = Vec::with_capacity(boxes.len());
+        for (object, pixel_box) in boxes {
+            let fail = |expected: &str, got: String| ExemplarError::Box {
+                file: name.to_owned(),
+                object: object.to_string(),
+                expected: expected.to_owned(),
+                got,
+            };
+            if !seen.insert(object) {
+                return Err(fail("one box per object", "two".to_owned()));
+            }
+            let edges = <[f64; 4]>::from(*pixel_box);
+            if !pixel_box.is_valid() {
+                return Err(fail("finite x1 < x2 and y1 < y2", format!("{edges:?}")));
+            }
+            let [width, height] = image_size.map(f64::from);
+            let inside = PixelBox::from([0.0, 0.0, width, height]).intersection(pixel_box);
+            if inside != *pixel_box {
+                return Err(fail(
+                    &format!("a box inside {width} x {height}"),
+                    format!("{edges:?}"),
+                ));
+            }
+            let Some(type_name) = declared.get(object).map(|t| t.types.first()) else {
+                return Err(fail("an object that the state declares", "none".to_owned()));
+            };
+            let type_name = type_name.cloned().unwrap_or_else(|| "object".into());
+            objects.push(ObjectBox { name: object.clone(), type_name, pixel_box: *pixel_box });
+        }
+        Ok(Self { name: name.to_owned(), image_size, objects, init })
+    }
+}
+
+impl Exemplars {
+    /// Pools labelled examples of one camera set-up.
+    ///
+    /// # Errors
+    /// [`ExemplarError::Empty`] without any, [`ExemplarError::Size`] when images differ in size.
+    pub fn new(examples: Vec<Exemplar>) -> Result<Self, ExemplarError> {
+        let Some(first) = examples.first() else { return Err(ExemplarError::Empty) };
+        if let Some(other) = examples.iter().find(|e| e.image_size != first.image_size) {
+            return Err(ExemplarError::Size {
+                file: other.name.clone(),
+                expected: first.image_size,
+                got: other.image_size,
+            });
+        }
+        Ok(Self { examples })
+    }
+
+    /// The examples, in the order given.
+    pub fn examples(&self) -> &[Exemplar] {
+        &self.examples
+    }
+
+    /// Width and height of the images, in pixels. A frame of another size cannot be grounded.
+    pub fn image_size(&self) -> [u32; 2] {
+        self.examples[0].image_size // never empty: `new` sees to it
+    }
+}
+
+/// Reads a box file entry by entry, so that a name given twice is not lost.
+struct BoxList;
+
+impl<'de> Visitor<'de> for BoxList {
+    type Value = Vec<(Name, PixelBox)>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object whose values are lists of four numbers")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut boxes = Vec::new();
+        while let Some(entry) = map.next_entry()? {
+            boxes.push(entry);
+        }
+        Ok(boxes)
+    }
+}

@@ -1,0 +1,39 @@
+//! State grounding: boxes in, facts in the domain's vocabulary out.
+//!
+//! Grounders are parts: each is one file with one line in [`GROUNDERS`].
+
+mod perception;
+mod object_box;
+mod exemplar;
+mod candidates;
+mod features;
+mod nearest;
+mod proprioception;
+mod completion;
+
+pub use candidates::{CandidateSlots, slots, tuples};
+pub use completion::{complete, facts_of, merged};
+pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
+pub use features::{FEATURES, Feature, feature_by_name};
+pub use nearest::{Evidence, Judged, S2s};
+pub use object_box::ObjectBox;
+pub use perception::{
+    Constraints, DepthRule, Implied, Naming, ObservedSpec, Order, Perception, PerceptionError,
+    Proprioceptive, Shape, Srgb, TypeSpec, When,
+};
+pub use proprioception::{Grip, proprioception};
+
+use crate::pddl::Domain;
+
+/// Turns object boxes into judged facts. Pure: the same boxes give the same facts, in any order
+/// of the boxes.
+pub trait Grounder: Send + Sync {
+    /// Judges every type-valid tuple of every observed predicate, in a fixed order.
+    fn ground(&self, objects: &[ObjectBox]) -> Vec<Judged>;
+}
+
+/// Makes a grounder for one domain from its labelled examples.
+pub type Build = fn(&Domain, &Perception, &Exemplars) -> Result<Box<dyn Grounder>, PerceptionError>;
+
+/// Every grounder by its name in configuration files, in alphabetical order.
+pub const GROUNDERS: &[(&str, Build)] = &[("s2s", nearest::build)];

@@ -1,0 +1,15 @@
+//! What grounding needs to know of an object: who it is, of what type, where in the image.
+
+use crate::geometry::PixelBox;
+use crate::pddl::Name;
+
+/// A named, typed box in the image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectBox {
+    /// The object's identity.
+    pub name: Name,
+    /// Its PDDL type.
+    pub type_name: Name,
+    /// Its box, in pixels of the image it was seen in.
+    pub pixel_box: PixelBox,
+}

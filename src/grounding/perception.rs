@@ -1,0 +1,420 @@
+//! `perception.toml`: everything about seeing that belongs to one domain.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::features::feature_by_name;
+use crate::pddl::{Domain, Name};
+
+/// The perception file of a domain, as written and checked.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Perception {
+    /// Colour names and the shades people call so.
+    #[serde(default)]
+    pub colours: BTreeMap<Name, Vec<Srgb>>,
+    /// How objects of each visible type look.
+    #[serde(default, rename = "type")]
+    pub types: Vec<TypeSpec>,
+    /// Objects that are always there and never seen.
+    #[serde(default)]
+    pub implied: Vec<Implied>,
+    /// Predicates judged from the image.
+    #[serde(default)]
+    pub observed: Vec<ObservedSpec>,
+    /// Predicates read off the robot's own state.
+    #[serde(default)]
+    pub proprioceptive: Vec<Proprioceptive>,
+    /// Predicates computed by the rules of `completion.pddl`.
+    #[serde(default)]
+    pub completed: Vec<Name>,
+    /// What any consistent set of observed facts obeys.
+    #[serde(default)]
+    pub constraints: Constraints,
+}
+
+/// How objects of one type look, for the detectors.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TypeSpec {
+    /// The PDDL type.
+    pub name: Name,
+    /// What an open-vocabulary detector is asked for.
+    pub prompt: Option<String>,
+    /// Colour names that such objects have; keys of `[colours]`.
+    pub colours: Vec<Name>,
+    /// The outline that the colour detector looks for.
+    pub shape: Shape,
+    /// Least and greatest width of the visible part, as a share of the image height.
+    pub width: [f64; 2],
+    /// Least and greatest height of the visible part, as a share of the image height.
+    pub height: [f64; 2],
+    /// Least and greatest width divided by height of the visible part.
+    pub aspect: [f64; 2],
+    /// Least share of the box that the object's own pixels fill.
+    pub fill_min: f64,
+    /// Specks narrower or lower than this (width, height; shares of the image height) vanish.
+    pub open: [f64; 2],
+    /// Holes and cracks narrower or lower than this (as above) are closed.
+    pub close: [f64; 2],
+    /// How deep an object is, since a camera sees its front only.
+    pub depth: DepthRule,
+    /// How detections become named objects.
+    pub naming: Naming,
+}
+
+/// An outline in the image.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
+pub enum Shape {
+    /// One connected patch.
+    Patch {
+        /// Cut a patch where its outline has a waist: round objects of one colour that touch.
+        split_waists: bool,
+    },
+    /// An upright bar that may stand on a wide base of the same colour. Its pieces above and
+    /// below something in front of it count as one.
+    Post {
+        /// Whatever is at least this wide (share of the image height) is base, not post.
+        base_width_min: f64,
+    },
+}
+
+/// How the hidden depth of an object is guessed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DepthRule {
+    /// As deep as it is wide.
+    AsWide,
+}
+
+/// How detections of one type become named objects.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Naming {
+    /// Which of several detections is named first.
+    pub order: Order,
+    /// A name with `{colour}` and `{type}` replaced; the second of a name gets a `2`, and so on.
+    pub template: String,
+    /// Names given in order when there are exactly as many detections; replaces the template.
+    #[serde(default)]
+    pub list: Vec<Name>,
+}
+
+/// An order over detections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// By the box's centre column.
+    LeftToRight,
+    /// By width, smallest first.
+    NarrowFirst,
+    /// By the box's centre row.
+    TopToBottom,
+}
+
+/// An object that is always there and never seen.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Implied {
+    /// Its name.
+    pub name: Name,
+    /// Its PDDL type.
+    #[serde(rename = "type")]
+    pub type_name: Name,
+}
+
+/// A predicate judged from the image.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedSpec {
+    /// The predicate.
+    pub predicate: Name,
+    /// The feature it is judged by; without one, the default of its arity.
+    pub feature: Option<String>,
+    /// Types per argument where they differ from the domain's declaration.
+    pub candidates: Option<Vec<Vec<Name>>>,
+}
+
+/// A predicate read off the robot's own state.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Proprioceptive {
+    /// The predicate.
+    pub predicate: Name,
+    /// Its arguments: `held` stands for the object in the gripper, anything else is an implied
+    /// object's name.
+    pub args: Vec<Name>,
+    /// When it holds.
+    pub when: When,
+}
+
+/// The state of the gripper in which a proprioceptive predicate holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum When {
+    /// Nothing is held.
+    Empty,
+    /// Something is held.
+    Holding,
+}
+
+/// Properties that every consistent set of observed facts has.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Constraints {
+    /// Binary predicates with at most one second argument per first.
+    #[serde(default)]
+    pub functional: Vec<Name>,
+    /// Binary predicates with at most one first argument per second.
+    #[serde(default)]
+    pub inverse_functional: Vec<Name>,
+    /// Binary predicates that are irreflexive, antisymmetric and transitive.
+    #[serde(default)]
+    pub strict_order: Vec<Name>,
+    /// Binary predicates with exactly one second argument per first.
+    #[serde(default)]
+    pub exactly_one: Vec<Name>,
+    /// Binary predicates that no object has to itself.
+    #[serde(default)]
+    pub irreflexive: Vec<Name>,
+}
+
+/// A colour in sRGB, written `"#rrggbb"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Srgb(pub [u8; 3]);
+
+impl TryFrom<String> for Srgb {
+    type Error = PerceptionError;
+
+    fn try_from(text: String) -> Result<Self, PerceptionError> {
+        let digits = text.strip_prefix('#').filter(|d| d.len() == 6);
+        match digits.and_then(|d| u32::from_str_radix(d, 16).ok()) {
+            Some(v) => Ok(Self([(v >> 16) as u8, (v >> 8) as u8, v as u8])),
+            None => Err(PerceptionError::Colour { text }),
+        }
+    }
+}
+
+impl From<Srgb> for String {
+    fn from(colour: Srgb) -> Self {
+        colour.to_string()
+    }
+}
+
+impl fmt::Display for Srgb {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [r, g, b] = self.0;
+        write!(f, "#{r:02x}{g:02x}{b:02x}")
+    }
+}
+
+/// A perception file is not usable.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum PerceptionError {
+    /// Not TOML, or not of the documented form.
+    #[error("{file}: {message}")]
+    Form {
+        /// The file.
+        file: String,
+        /// What the parser says, with line and column.
+        message: String,
+    },
+    /// A colour is not written as it should be.
+    #[error("expected a colour such as \"#e50000\", got {text:?}")]
+    Colour {
+        /// What stands there.
+        text: String,
+    },
+    /// A value contradicts the domain or another value.
+    #[error("{field}: expected {expected}, got {got}")]
+    Value {
+        /// The key that holds it, such as `type.block.width`.
+        field: String,
+        /// What may stand there.
+        expected: String,
+        /// What does stand there.
+        got: String,
+    },
+}
+
+impl Perception {
+    /// Reads a perception file and checks it by itself; `file` is named in errors.
+    ///
+    /// # Errors
+    /// [`PerceptionError::Form`] with line and column for bad TOML or unknown keys,
+    /// [`PerceptionError::Value`] for values out of range.
+    pub fn parse(file: &str, text: &str) -> Result<Self, PerceptionError> {
+        let perception: Self = toml::from_str(text)
+            .map_err(|e| PerceptionError::Form { file: file.to_owned(), message: e.to_string() })?;
+        perception.types.iter().try_for_each(|t| t.check(&perception))?;
+        Ok(perception)
+    }
+
+    /// Checks the file against the domain it is for.
+    ///
+    /// # Errors
+    /// [`PerceptionError::Value`] naming the key whose predicate, arity, type, feature or object
+    /// is not the domain's.
+    pub fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
+        let known = known_types(domain);
+        let want_type = |field: String, name: &Name| {
+            known.contains(name).then_some(()).ok_or_else(|| value(field, "a type", name))
+        };
+        for spec in &self.types {
+            want_type(format!("type.{}.name", spec.name), &spec.name)?;
+        }
+        for implied in &self.implied {
+            want_type(format!("implied.{}.type", implied.name), &implied.type_name)?;
+        }
+        for spec in &self.observed {
+            spec.check(domain)?;
+            for name in spec.candidates.iter().flatten().flatten() {
+                want_type(format!("observed.{}.candidates", spec.predicate), name)?;
+            }
+        }
+        for spec in &self.proprioceptive {
+            spec.check(domain, &self.implied)?;
+        }
+        for name in &self.completed {
+            arity(domain, "completed", name)?;
+        }
+        self.constraints.check(domain)
+    }
+
+    /// How objects of a type look.
+    pub fn type_spec(&self, type_name: &Name) -> Option<&TypeSpec> {
+        self.types.iter().find(|t| t.name == *type_name)
+    }
+
+    /// The names of the observed predicates.
+    pub fn observed_predicates(&self) -> impl Iterator<Item = &Name> {
+        self.observed.iter().map(|o| &o.predicate)
+    }
+}
+
+impl TypeSpec {
+    fn check(&self, perception: &Perception) -> Result<(), PerceptionError> {
+        let field = |key: &str| format!("type.{}.{key}", self.name);
+        for colour in &self.colours {
+            if perception.colours.get(colour).is_none_or(Vec::is_empty) {
+                return Err(value(field("colours"), "colours that [colours] describes", colour));
+            }
+        }
+        for (key, [low, high]) in
+            [("width", self.width), ("height", self.height), ("aspect", self.aspect)]
+        {
+            if !(low >= 0.0 && high.is_finite() && low <= high) {
+                let got = format!("[{low}, {high}]");
+                return Err(value(field(key), "[least, greatest], not negative", got));
+            }
+        }
+        for (key, [x, y]) in [("open", self.open), ("close", self.close)] {
+            if !((0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y)) {
+                return Err(value(field(key), "two shares in 0..=1", format!("[{x}, {y}]")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.fill_min) {
+            return Err(value(field("fill_min"), "a share in 0..=1", self.fill_min));
+        }
+        match self.shape {
+            Shape::Patch { .. } => Ok(()),
+            Shape::Post { base_width_min } if base_width_min > 0.0 && base_width_min <= 1.0 => {
+                Ok(())
+            }
+            Shape::Post { base_width_min } => {
+                Err(value(field("shape.base_width_min"), "a share above 0", base_width_min))
+            }
+        }
+    }
+}
+
+impl ObservedSpec {
+    fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
+        let field = format!("observed.{}", self.predicate);
+        let n = arity(domain, "observed.predicate", &self.predicate)?;
+        if n != 1 && n != 2 {
+            return Err(value(field, "a predicate of one or two objects", format!("{n}")));
+        }
+        if let Some(name) = &self.feature {
+            let Some(feature) = feature_by_name(name) else {
+                return Err(value(format!("{field}.feature"), "a known feature", name));
+            };
+            if feature.arity != n {
+                let expected = format!("a feature of {n} objects");
+                return Err(value(format!("{field}.feature"), &expected, name));
+            }
+        }
+        match &self.candidates {
+            Some(candidates) if candidates.len() != n => {
+                let expected = format!("{n} lists of types");
+                Err(value(format!("{field}.candidates"), &expected, candidates.len()))
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+impl Proprioceptive {
+    fn check(&self, domain: &Domain, implied: &[Implied]) -> Result<(), PerceptionError> {
+        let field = format!("proprioceptive.{}.args", self.predicate);
+        let n = arity(domain, "proprioceptive.predicate", &self.predicate)?;
+        if self.args.len() != n {
+            return Err(value(field, &format!("{n} arguments"), self.args.len()));
+        }
+        for arg in &self.args {
+            let held = *arg == HELD && self.when == When::Holding;
+            if !held && implied.iter().all(|i| i.name != *arg) {
+                return Err(value(field, "an implied object, or `held` when holding", arg));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Constraints {
+    fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
+        let lists = [
+            ("constraints.functional", &self.functional),
+            ("constraints.inverse_functional", &self.inverse_functional),
+            ("constraints.strict_order", &self.strict_order),
+            ("constraints.exactly_one", &self.exactly_one),
+            ("constraints.irreflexive", &self.irreflexive),
+        ];
+        for (field, names) in lists {
+            for name in names {
+                if arity(domain, field, name)? != 2 {
+                    return Err(value(field, "predicates of two objects", name));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The argument that stands for the object in the gripper.
+pub(super) const HELD: &str = "held";
+
+fn value(field: impl Into<String>, expected: &str, got: impl fmt::Display) -> PerceptionError {
+    PerceptionError::Value {
+        field: field.into(),
+        expected: expected.to_owned(),
+        got: got.to_string(),
+    }
+}
+
+fn arity(domain: &Domain, field: &str, predicate: &Name) -> Result<usize, PerceptionError> {
+    let found = domain.predicate(predicate.as_str()).map(|p| p.params.len());
+    found.ok_or_else(|| value(field, "a predicate of the domain", predicate))
+}
+
+fn known_types(domain: &Domain) -> BTreeSet<Name> {
+    let declared = domain.types.parents.iter().flat_map(|(t, ps)| ps.iter().chain([t]));
+    let of_predicates = domain.predicates.iter().flat_map(|p| &p.params);
+    let used = of_predicates.chain(domain.actions.iter().flat_map(|a| &a.params));
+    declared.chain(used.flat_map(|t| &t.types)).cloned().collect()
+}

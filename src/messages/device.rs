@@ -1,0 +1,134 @@
+//! Messages from and to devices, which know nothing of the task.
+
+use nalgebra::Point3;
+
+use crate::geometry::CameraModel;
+
+/// One picture, as a camera gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Number of the frame.
+    pub sequence: u64,
+    /// Capture stamp in run time, nanoseconds.
+    pub capture_ns: u64,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Packed RGB8, `width * height * 3` bytes, row by row.
+    pub rgb: Vec<u8>,
+    /// Distance along the optical axis in metres, `width * height` values, 0 = none.
+    pub depth_m: Option<Vec<f32>>,
+    /// Intrinsics and pose, where known.
+    pub model: Option<CameraModel>,
+}
+
+/// What a robot knows of itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobotState {
+    /// Run time it belongs to, nanoseconds.
+    pub capture_ns: u64,
+    /// Tool centre point in the world frame, metres.
+    pub position: Point3<f64>,
+    /// Rotation about the world's z axis, radians.
+    pub yaw_rad: f64,
+    /// Jaw opening, metres.
+    pub opening_m: f64,
+    /// Whether something is in the gripper. Not what: no gripper knows.
+    pub holding: bool,
+    /// The running command.
+    pub command_id: Option<u64>,
+    /// Index of the waypoint that it approaches.
+    pub phase: usize,
+    /// The newest frame whose command has been carried out (lockstep).
+    pub answered: Option<u64>,
+}
+
+/// What the gripper must feel once a waypoint is done; anything else fails the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expect {
+    /// Nothing in particular.
+    Anything,
+    /// Nothing in the gripper.
+    Empty,
+    /// Something in the gripper.
+    Holding,
+}
+
+/// One point of a motion: go there, then set the jaws.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Waypoint {
+    /// Tool centre point in the world frame, metres.
+    pub position: Point3<f64>,
+    /// Rotation about the world's z axis, radians.
+    pub yaw_rad: f64,
+    /// Jaw opening wanted at its end, metres.
+    pub opening_m: f64,
+    /// Speed limit, metres per second.
+    pub speed_m_s: f64,
+    /// What the gripper must feel when it is done.
+    pub expect: Expect,
+    /// Whether the motion may be broken off, by going straight up, until this point is reached.
+    pub retractable: bool,
+}
+
+/// A bounded list of waypoints (at most `transport::wire::WAYPOINTS_MAX`).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motion {
+    /// In order.
+    pub waypoints: Vec<Waypoint>,
+}
+
+/// What a robot is told.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CommandKind {
+    /// Go on with what you do.
+    Continue,
+    /// Start a motion; the robot must be idle.
+    Start(Motion),
+    /// Break the running motion off: go straight up, keep what is held.
+    BreakOff,
+    /// Stand still, now.
+    Hold,
+}
+
+/// The answer to one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Command {
+    /// Identity of the motion it starts or concerns; grows with every start.
+    pub id: u64,
+    /// The frame that it answers.
+    pub frame_sequence: u64,
+    /// Run time of that frame, nanoseconds.
+    pub capture_ns: u64,
+    /// What to do.
+    pub kind: CommandKind,
+    /// The step it serves, such as `(stack red_block blue_block arm)`; opaque to the robot.
+    pub label: String,
+}
+
+/// How a command fares.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StatusKind {
+    /// It will be carried out.
+    Accepted,
+    /// It has been carried out.
+    Done,
+    /// It could not be carried out.
+    Failed(String),
+    /// It was broken off as told.
+    BrokenOff,
+}
+
+/// What a robot says of a command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Status {
+    /// Number in the robot's stream of statuses.
+    pub sequence: u64,
+    /// Run time, nanoseconds.
+    pub capture_ns: u64,
+    /// The command.
+    pub command_id: u64,
+    /// How it fares.
+    pub kind: StatusKind,
+}

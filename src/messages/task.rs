@@ -1,0 +1,191 @@
+//! Messages about the task: goal, scene, plan, outcomes.
+
+use std::collections::BTreeSet;
+
+use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
+use crate::scene::{Facts, SceneObject, Truth};
+
+/// What a message rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Cause {
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Number of the frame.
+    pub frame_sequence: u64,
+    /// Its capture stamp, run time in nanoseconds.
+    pub capture_ns: u64,
+    /// When it was sent, monotonic nanoseconds; for latency figures only.
+    pub frame_send_ns: u64,
+}
+
+/// How a fact came to be known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// Judged in this frame's picture.
+    Observed,
+    /// Told by the robot about itself.
+    Proprioceptive,
+    /// Derived by a completion rule.
+    Completed,
+    /// Kept from an earlier frame.
+    Remembered,
+    /// Expected from a skill that has ended, where the picture cannot show it.
+    Predicted,
+}
+
+/// One fact: what this frame says and what is believed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneFact {
+    /// The atom.
+    pub atom: Atom,
+    /// What this frame alone says; for people and recordings.
+    pub raw: Truth,
+    /// What is believed; for the planner and the executor.
+    pub confirmed: Truth,
+    /// How it came to be known.
+    pub origin: Origin,
+    /// Distance-based confidence of the raw judgement, 0..=1.
+    pub confidence: f32,
+}
+
+/// The domain-conditioned scene graph of one frame.
+///
+/// `facts` lists every atom that is raw or confirmed true or unknown; all others are false.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// The frame.
+    pub cause: Cause,
+    /// The vertices.
+    pub objects: Vec<SceneObject>,
+    /// The edges (and unary facts).
+    pub facts: Vec<SceneFact>,
+    /// How many facts differ from what is believed and are not confirmed yet.
+    pub unsettled: u32,
+    /// Time spent finding objects, microseconds (latency only).
+    pub detect_us: u32,
+    /// Time spent on facts, microseconds (latency only).
+    pub ground_us: u32,
+}
+
+impl Scene {
+    /// What is believed.
+    pub fn confirmed(&self) -> Facts {
+        let mut facts = Facts::default();
+        for fact in &self.facts {
+            facts.set(fact.atom.clone(), fact.confirmed);
+        }
+        facts
+    }
+
+    /// The object of that name.
+    pub fn object(&self, name: &str) -> Option<&SceneObject> {
+        self.objects.iter().find(|object| object.name == name)
+    }
+
+    /// The objects as PDDL declares them, in order of their names.
+    pub fn typed_objects(&self) -> Vec<Typed> {
+        let typed: BTreeSet<Typed> =
+            self.objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
+        typed.into_iter().collect()
+    }
+}
+
+/// The goal, constant for the episode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GoalMessage {
+    /// What must hold.
+    pub goal: Condition,
+    /// Objects that the goal names.
+    pub named: Vec<Typed>,
+}
+
+impl GoalMessage {
+    /// A goal with the objects that it names: the expected ones, and those among `seen`.
+    pub fn new(goal: Condition, expected: Vec<Typed>, seen: &[Typed]) -> Self {
+        let mut names = BTreeSet::new();
+        collect_objects(&goal, &mut names);
+        let mut named: BTreeSet<Typed> = expected.into_iter().collect();
+        named.extend(seen.iter().filter(|typed| names.contains(&typed.name)).cloned());
+        Self { goal, named: named.into_iter().collect() }
+    }
+}
+
+/// The objects that a condition names.
+fn collect_objects(condition: &Condition, names: &mut BTreeSet<Name>) {
+    let mut add = |term: &Term| {
+        if let Term::Object(name) = term {
+            names.insert(name.clone());
+        }
+    };
+    match condition {
+        Condition::True | Condition::False => {}
+        Condition::Atom(literal) => literal.args.iter().for_each(add),
+        Condition::Equal(left, right) => [left, right].into_iter().for_each(&mut add),
+        Condition::Not(inner) | Condition::Exists(_, inner) | Condition::Forall(_, inner) => {
+            collect_objects(inner, names);
+        }
+        Condition::And(parts) | Condition::Or(parts) => {
+            for part in parts {
+                collect_objects(part, names);
+            }
+        }
+    }
+}
+
+/// The planner's answer for one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlanVerdict {
+    /// These steps lead to the goal; none when it holds already.
+    Plan {
+        /// In order.
+        steps: Vec<Step>,
+        /// Their cost.
+        cost: u64,
+    },
+    /// No plan exists. `unknowns` says that unknown facts could change this.
+    Unsolvable {
+        /// The kind of proof.
+        proof: String,
+        /// Whether unknown facts matter.
+        unknowns: bool,
+    },
+    /// A limit was met.
+    OutOfBudget {
+        /// Which one.
+        limit: String,
+    },
+    /// The domain or goal uses something that no planner here understands.
+    Unsupported {
+        /// What.
+        feature: String,
+    },
+    /// The goal names objects that nobody has seen.
+    Missing {
+        /// Their names.
+        objects: Vec<Name>,
+    },
+}
+
+/// A plan for one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanMessage {
+    /// The scene's frame.
+    pub cause: Cause,
+    /// The answer.
+    pub verdict: PlanVerdict,
+    /// Time spent, microseconds (latency only).
+    pub plan_us: u32,
+}
+
+/// How a dispatched step ended, in the executor's judgement.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StepOutcome {
+    /// Number in the executor's stream of outcomes.
+    pub sequence: u64,
+    /// The step.
+    pub step: Step,
+    /// Whether it did what it was to do.
+    pub succeeded: bool,
+    /// How often this very step has failed so far.
+    pub failures: u32,
+}

@@ -1,0 +1,27 @@
+//! The cost of the dearest part of the goal in the delete relaxation (h max).
+//!
+//! Supports costs, conditional effects and axioms. Admissible, consistent, safe.
+//!
+//! Source: Bonet, Geffner: Planning as heuristic search, 2001.
+
+use super::Heuristic;
+use super::relaxed::{Combine, Relaxation};
+use crate::planning::task::Task;
+
+/// The max heuristic.
+pub(in crate::planning) struct Max<'a> {
+    relaxation: Relaxation<'a>,
+}
+
+impl<'a> Max<'a> {
+    /// `costs` are the actions' costs.
+    pub(in crate::planning) fn new(task: &'a Task, costs: &[u64]) -> Self {
+        Self { relaxation: Relaxation::new(task, costs, Combine::Max) }
+    }
+}
+
+impl Heuristic for Max<'_> {
+    fn estimate(&mut self, state: &[u64]) -> Option<u64> {
+        self.relaxation.explore(state)
+    }
+}

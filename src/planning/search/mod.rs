@@ -1,0 +1,95 @@
+//! Searches over packed states.
+
+mod astar;
+mod greedy;
+mod shorten;
+
+pub(super) use astar::astar;
+pub(super) use greedy::greedy;
+pub(super) use shorten::shorten;
+
+use super::outcome::Phase;
+use super::state::StateStore;
+use super::task::Task;
+
+/// Limits of one search.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// Name of the expansion limit, for messages.
+    pub(super) expansions_name: &'static str,
+    pub(super) expansions_max: u64,
+    pub(super) states_max: usize,
+    pub(super) bytes_max: usize,
+}
+
+/// How a search ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum End {
+    /// The actions of a plan.
+    Found(Vec<u32>),
+    /// Every reachable state was looked at or proved hopeless; that many were.
+    Exhausted(usize),
+    /// A limit was met.
+    Limit(&'static str, u64),
+}
+
+/// The states of a search with the way each was reached.
+struct Space<'a> {
+    task: &'a Task,
+    store: StateStore,
+    /// Parent state and action; `u32::MAX` for the first state.
+    reached_by: Vec<(u32, u32)>,
+    limits: Limits,
+    phase: Phase,
+    /// Memory of the queue, in bytes.
+    queue_bytes: usize,
+}
+
+impl<'a> Space<'a> {
+    fn new(task: &'a Task, limits: Limits, name: &'static str) -> Self {
+        let store = StateStore::new(task.words);
+        let phase = Phase { name, expanded: 0, generated: 0, evaluated: 0 };
+        Self { task, store, reached_by: Vec::new(), limits, phase, queue_bytes: 0 }
+    }
+
+    /// The number of a state and whether it is new; a new one remembers how it was reached.
+    fn insert(&mut self, state: &[u64], parent: u32, action: u32) -> (u32, bool) {
+        let (number, new) = self.store.insert(state);
+        if new {
+            self.reached_by.push((parent, action));
+        }
+        (number, new)
+    }
+
+    /// The limit that has been met, if any.
+    fn limit(&self) -> Option<End> {
+        let Limits { expansions_name, expansions_max, states_max, bytes_max } = self.limits;
+        // A state's number is 32 bits wide, and one value is reserved.
+        let states_max = states_max.min(u32::MAX as usize - 2);
+        if self.phase.expanded >= expansions_max {
+            Some(End::Limit(expansions_name, expansions_max))
+        } else if self.store.len() >= states_max {
+            Some(End::Limit("states_max", states_max as u64))
+        } else if self.store.bytes() + self.reached_by.len() * 8 + self.queue_bytes >= bytes_max {
+            Some(End::Limit("bytes_max", bytes_max as u64))
+        } else {
+            None
+        }
+    }
+
+    /// The actions from the first state to this one.
+    fn path(&self, state: u32) -> Vec<u32> {
+        let mut path = Vec::new();
+        let mut at = state;
+        loop {
+            let (parent, action) = self.reached_by[at as usize];
+            if parent == u32::MAX {
+                break;
+            }
+            path.push(action);
+            at = parent;
+        }
+        path.reverse();
+        path
+    }
+}

@@ -1,0 +1,210 @@
+//! Names are identities: which detection is which known object.
+
+use std::collections::BTreeSet;
+
+use super::BeliefConfig;
+use super::occlusion::is_covered;
+use crate::detectors::{Detection, name_detections};
+use crate::geometry::PixelBox;
+use crate::grounding::Perception;
+use crate::pddl::Name;
+use crate::scene::Volume;
+
+/// Weight of a new measurement of an object that rests.
+const SMOOTHING: f64 = 0.3;
+/// A measured middle further away than this has moved; nearer, it is smoothed. Metres.
+const MOVED_M: f64 = 0.01;
+/// Least overlap (IoU) by which a new detection goes on with the candidate of the last frame.
+const SAME_IOU_MIN: f64 = 0.3;
+
+/// An object that is known by name.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub(super) name: Name,
+    pub(super) type_name: Name,
+    label: Name,
+    pub(super) pixel_box: PixelBox,
+    pub(super) volume: Option<Volume>,
+    pub(super) score: f32,
+    pub(super) seen_ns: u64,
+    /// Frames since it was last seen whole.
+    pub(super) hidden_frames: u32,
+}
+
+/// Something that was seen, but not for long enough to be an object.
+#[derive(Debug, Clone)]
+struct Candidate {
+    detection: Detection,
+    volume: Option<Volume>,
+    frames: u32,
+}
+
+/// All objects that have been seen in this episode.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tracker {
+    pub(super) tracks: Vec<Track>,
+    candidates: Vec<Candidate>,
+}
+
+/// One detection with its place in the world.
+#[derive(Debug, Clone)]
+pub(super) struct Sighting {
+    pub(super) detection: Detection,
+    pub(super) volume: Option<Volume>,
+}
+
+impl Tracker {
+    /// Takes in one frame.
+    pub(super) fn update(
+        &mut self,
+        sightings: Vec<Sighting>,
+        occluders: &[PixelBox],
+        capture_ns: u64,
+        (perception, config): (&Perception, &BeliefConfig),
+    ) {
+        let mut free: Vec<Option<Sighting>> = sightings.into_iter().map(Some).collect();
+        let pairs = self.pairs(&free);
+        let mut matched = vec![None; self.tracks.len()];
+        for (_, track_idx, sighting_idx) in pairs {
+            if matched[track_idx].is_none() && free[sighting_idx].is_some() {
+                matched[track_idx] = free[sighting_idx].take();
+            }
+        }
+        for (track, sighting) in self.tracks.iter_mut().zip(matched) {
+            match sighting {
+                Some(sighting) if !track.is_hidden_by(&sighting, occluders) => {
+                    track.see(sighting, capture_ns);
+                }
+                _ => track.hidden_frames = track.hidden_frames.saturating_add(1),
+            }
+        }
+        let born = free.into_iter().flatten();
+        let born = born.filter(|s| !is_covered(&s.detection.pixel_box, occluders));
+        self.propose(born.collect());
+        self.promote(capture_ns, perception, config);
+    }
+
+    /// All possible matches of tracks with sightings, best first.
+    fn pairs(&self, sightings: &[Option<Sighting>]) -> Vec<(f64, usize, usize)> {
+        let mut pairs = Vec::new();
+        for (track_idx, track) in self.tracks.iter().enumerate() {
+            for (sighting_idx, sighting) in sightings.iter().enumerate() {
+                let Some(Sighting { detection, .. }) = sighting else { continue };
+                if detection.type_name == track.type_name && detection.label == track.label {
+                    pairs.push((track.distance(detection), track_idx, sighting_idx));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        pairs
+    }
+
+    /// Detections that fit no track become candidates, or confirm those of the last frame.
+    fn propose(&mut self, born: Vec<Sighting>) {
+        let before = std::mem::take(&mut self.candidates);
+        for Sighting { detection, volume } in born {
+            let goes_on = before.iter().find(|c| {
+                c.detection.type_name == detection.type_name
+                    && c.detection.label == detection.label
+                    && c.detection.pixel_box.iou(&detection.pixel_box) >= SAME_IOU_MIN
+            });
+            let frames = goes_on.map_or(1, |c| c.frames + 1);
+            self.candidates.push(Candidate { detection, volume, frames });
+        }
+    }
+
+    /// Candidates that were seen often enough become objects, with a name.
+    fn promote(&mut self, capture_ns: u64, perception: &Perception, config: &BeliefConfig) {
+        let waits = self.waiting_types(perception, config);
+        let (ripe, unripe): (Vec<_>, Vec<_>) = std::mem::take(&mut self.candidates)
+            .into_iter()
+            .partition(|c| c.frames >= config.confirm_frames && !waits.contains(&c.detection.type_name));
+        self.candidates = unripe;
+        let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
+        let names = name_detections(perception, &detections);
+        for (candidate, name) in ripe.into_iter().zip(names) {
+            let name = self.unused(&name);
+            self.tracks.push(Track {
+                name,
+                type_name: candidate.detection.type_name,
+                label: candidate.detection.label,
+                pixel_box: candidate.detection.pixel_box,
+                volume: candidate.volume,
+                score: candidate.detection.score,
+                seen_ns: capture_ns,
+                hidden_frames: 0,
+            });
+        }
+        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+    }
+
+    /// Types whose names say their order, while not all of them are in sight: "left" has a meaning
+    /// only beside "right". They wait at most `hidden_frames_max` frames.
+    fn waiting_types(&self, perception: &Perception, config: &BeliefConfig) -> BTreeSet<Name> {
+        let waits = perception.types.iter().filter(|spec| {
+            let of_type = self.candidates.iter().filter(|c| c.detection.type_name == spec.name);
+            let ripe = of_type.clone().filter(|c| c.frames >= config.confirm_frames).count();
+            let known = self.tracks.iter().any(|t| t.type_name == spec.name);
+            let patience = of_type.map(|c| c.frames).max().unwrap_or(0) < config.hidden_frames_max;
+            !spec.naming.list.is_empty() && !known && ripe != spec.naming.list.len() && patience
+        });
+        waits.map(|spec| spec.name.clone()).collect()
+    }
+
+    /// The name, with a number where it is taken.
+    fn unused(&self, name: &Name) -> Name {
+        let taken = |n: &Name| self.tracks.iter().any(|t| t.name == *n);
+        if !taken(name) {
+            return name.clone();
+        }
+        let numbered = (2_u32..).map(|i| Name::new(format!("{name}{i}")));
+        numbered.into_iter().find(|n| !taken(n)).unwrap_or_else(|| name.clone())
+    }
+}
+
+impl Track {
+    /// How unlike a detection is to this object: the distance of the middles and the difference
+    /// of the sizes, in pixels.
+    fn distance(&self, detection: &Detection) -> f64 {
+        let (a, b) = (&self.pixel_box, &detection.pixel_box);
+        let ((ax, ay), (bx, by)) = (a.centre(), b.centre());
+        let size = (a.width() - b.width()).hypot(a.height() - b.height());
+        (ax - bx).hypot(ay - by) + size
+    }
+
+    /// Whether a sighting may show a part of the object only.
+    fn is_hidden_by(&self, sighting: &Sighting, occluders: &[PixelBox]) -> bool {
+        let seen = &sighting.detection.pixel_box;
+        let in_place = seen.intersection(&self.pixel_box).area() > 0.0;
+        is_covered(seen, occluders) || (in_place && is_covered(&self.pixel_box, occluders))
+    }
+
+    fn see(&mut self, sighting: Sighting, capture_ns: u64) {
+        self.pixel_box = sighting.detection.pixel_box;
+        self.score = sighting.detection.score;
+        self.seen_ns = capture_ns;
+        self.hidden_frames = 0;
+        self.volume = match (self.volume, sighting.volume) {
+            (Some(old), Some(new)) => Some(smooth(old, new)),
+            (old, new) => new.or(old),
+        };
+    }
+}
+
+/// Averages measurements of an object at rest; follows one that has moved.
+fn smooth(old: Volume, new: Volume) -> Volume {
+    let moved = (old.centre - new.centre).norm() > MOVED_M;
+    let grown = old.extent.iter().zip(new.extent).any(|(a, b)| (a - b).abs() > MOVED_M);
+    if moved || grown {
+        return new;
+    }
+    let mix = |a: f64, b: f64| a + SMOOTHING * (b - a);
+    Volume {
+        centre: old.centre + (new.centre - old.centre) * SMOOTHING,
+        extent: [
+            mix(old.extent[0], new.extent[0]),
+            mix(old.extent[1], new.extent[1]),
+            mix(old.extent[2], new.extent[2]),
+        ],
+    }
+}

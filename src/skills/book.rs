@@ -1,0 +1,217 @@
+//! `skills.toml`: which skills carry out which action.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::{Held, MotionConfig, SKILLS, Skill, SkillContext, SkillError};
+use crate::messages::{Motion, RobotState};
+use crate::pddl::{Domain, Name, Step};
+use crate::scene::SceneObject;
+
+/// The skills of a domain's actions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SkillBook {
+    actions: BTreeMap<Name, ActionSkills>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BookFile {
+    action: Vec<ActionSkills>,
+}
+
+/// How one action is carried out.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ActionSkills {
+    /// The action.
+    pub name: Name,
+    /// Whether it may be broken off before its point of no return.
+    pub preempt: Preempt,
+    /// The skills, one after the other.
+    pub sequence: Vec<SkillCall>,
+    /// Names of the action's parameters, in order; filled in from the domain.
+    #[serde(skip)]
+    params: Vec<Name>,
+}
+
+/// What to do with a running action that the plan no longer wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preempt {
+    /// Go up and keep what is held, wherever the motion allows it.
+    Retract,
+    /// Go up only while nothing is held; otherwise finish, since the domain cannot describe an
+    /// object in the gripper.
+    RetractEmpty,
+}
+
+/// One skill with its parameters: `?x` is a parameter of the action.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct SkillCall {
+    /// A key of [`SKILLS`].
+    pub skill: String,
+    /// Values by the skill's parameter names.
+    #[serde(flatten)]
+    pub args: BTreeMap<String, String>,
+}
+
+/// A `skills.toml` is not usable.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BookError {
+    /// Not TOML, or not of the documented form.
+    #[error("{file}: {message}")]
+    Form {
+        /// The file.
+        file: String,
+        /// What the parser says, with line and column.
+        message: String,
+    },
+    /// It contradicts the domain or the skills that there are.
+    #[error("{file}: action {action}: {field}: expected {expected}, got {got}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The action.
+        action: Name,
+        /// The key.
+        field: String,
+        /// What may stand there.
+        expected: String,
+        /// What does.
+        got: String,
+    },
+}
+
+impl SkillBook {
+    /// A book without skills, for runs without a robot.
+    pub fn empty() -> Self {
+        Self { actions: BTreeMap::new() }
+    }
+
+    /// Reads `skills.toml` and checks it against the domain; `file` is named in errors.
+    ///
+    /// # Errors
+    /// [`BookError`] with file and key: unknown action, skill or parameter.
+    pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, BookError> {
+        let book: BookFile = toml::from_str(text).map_err(|e| BookError::Form {
+            file: file.to_owned(),
+            message: e.to_string(),
+        })?;
+        let mut actions = BTreeMap::new();
+        for mut action in book.action {
+            let fault = |field: &str, expected: String, got: &str| BookError::Value {
+                file: file.to_owned(),
+                action: action.name.clone(),
+                field: field.to_owned(),
+                expected,
+                got: got.to_owned(),
+            };
+            let schema = domain.action(action.name.as_str()).ok_or_else(|| {
+                fault("name", "an action of the domain".to_owned(), action.name.as_str())
+            })?;
+            let params: Vec<Name> = schema.params.iter().map(|p| p.name.clone()).collect();
+            for call in &action.sequence {
+                check_call(call, &params).map_err(|(field, expected, got)| {
+                    fault(&field, expected, &got)
+                })?;
+            }
+            action.params = params;
+            actions.insert(action.name.clone(), action);
+        }
+        Ok(Self { actions })
+    }
+
+    /// How an action is carried out.
+    pub fn action(&self, name: &Name) -> Option<&ActionSkills> {
+        self.actions.get(name)
+    }
+
+    /// The object that a step moves: the first `object` of its skills.
+    pub fn carried(&self, step: &Step) -> Option<Name> {
+        let action = self.actions.get(&step.action)?;
+        let call = action.sequence.iter().find(|call| call.args.contains_key("object"))?;
+        action.args(call, step).remove("object")
+    }
+
+    /// The objects that a step goes to, the carried one included.
+    pub fn touched(&self, step: &Step) -> Vec<Name> {
+        let Some(action) = self.actions.get(&step.action) else { return Vec::new() };
+        let calls = action.sequence.iter().map(|call| action.args(call, step));
+        let mut names: Vec<Name> = calls.flat_map(BTreeMap::into_values).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
+    /// The motion of a step, and what the gripper holds after it.
+    ///
+    /// # Errors
+    /// [`SkillError`] when what was perceived does not allow it.
+    pub fn motion(
+        &self,
+        step: &Step,
+        objects: &[SceneObject],
+        robot: &RobotState,
+        held: Option<Held>,
+        config: &MotionConfig,
+    ) -> Result<(Motion, Option<Held>), SkillError> {
+        let action = self
+            .actions
+            .get(&step.action)
+            .ok_or_else(|| SkillError::NoSkill { action: step.action.clone() })?;
+        let mut context = SkillContext::new(objects, config, robot, held);
+        let mut motion = Motion::default();
+        for call in &action.sequence {
+            if let Some(skill) = find(&call.skill) {
+                skill.extend(&action.args(call, step), &mut context, &mut motion)?;
+            }
+        }
+        Ok((motion, context.held))
+    }
+}
+
+impl ActionSkills {
+    /// A skill's arguments, with the step's objects for the action's parameters.
+    fn args<'a>(&self, call: &'a SkillCall, step: &Step) -> BTreeMap<&'a str, Name> {
+        let value = |text: &str| match text.strip_prefix('?') {
+            Some(param) => {
+                let at = self.params.iter().position(|p| *p == param);
+                at.and_then(|at| step.args.get(at).cloned())
+            }
+            None => Some(Name::new(text)),
+        };
+        call.args.iter().filter_map(|(key, text)| Some((key.as_str(), value(text)?))).collect()
+    }
+}
+
+fn find(name: &str) -> Option<&'static dyn Skill> {
+    SKILLS.iter().find(|(key, _)| *key == name).map(|(_, skill)| *skill)
+}
+
+fn check_call(call: &SkillCall, params: &[Name]) -> Result<(), (String, String, String)> {
+    let Some(skill) = find(&call.skill) else {
+        let known: Vec<&str> = SKILLS.iter().map(|(key, _)| *key).collect();
+        return Err(("skill".to_owned(), known.join(" or "), call.skill.clone()));
+    };
+    for param in skill.params().iter().filter(|p| p.required) {
+        if !call.args.contains_key(param.name) {
+            let expected = format!("a value for {}", param.name);
+            return Err((call.skill.clone(), expected, "none".to_owned()));
+        }
+    }
+    for (key, text) in &call.args {
+        if !skill.params().iter().any(|p| p.name == key) {
+            let known: Vec<&str> = skill.params().iter().map(|p| p.name).collect();
+            return Err((call.skill.clone(), known.join(", "), key.clone()));
+        }
+        let named = text.strip_prefix('?');
+        if named.is_some_and(|param| !params.iter().any(|p| *p == param)) {
+            let field = format!("{}.{key}", call.skill);
+            return Err((field, "a parameter of the action".to_owned(), text.clone()));
+        }
+    }
+    Ok(())
+}

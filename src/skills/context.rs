@@ -1,0 +1,149 @@
+//! What skills look at: perceived objects, the robot, and its limits.
+
+use nalgebra::Point3;
+use serde::Deserialize;
+
+use super::SkillError;
+use crate::messages::{Expect, RobotState, Waypoint};
+use crate::pddl::Name;
+use crate::scene::{SceneObject, Visibility, Volume};
+
+/// How the robot moves. Lengths in metres, in the world frame.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionConfig {
+    /// Height of the tool between skills: above everything, and outside the picture.
+    pub travel_z_m: f64,
+    /// Speed of free motion, metres per second.
+    pub speed_m_s: f64,
+    /// Speed near objects, metres per second.
+    pub approach_speed_m_s: f64,
+    /// How far before its goal a motion slows down.
+    pub approach_m: f64,
+    /// How much wider than the object the jaws open.
+    pub jaw_clearance_m: f64,
+    /// How far the jaws can open.
+    pub opening_m_max: f64,
+    /// How far below an object's upper face the tool centre grips.
+    pub grip_depth_m: f64,
+    /// How far above its goal an object is let go.
+    pub release_gap_m: f64,
+    /// Free space wanted around an object that is put on the table.
+    pub table_clearance_m: f64,
+    /// Height of the table.
+    pub table_z_m: f64,
+    /// Reach along x: least and greatest.
+    pub reach_x_m: [f64; 2],
+    /// Reach along y: least and greatest.
+    pub reach_y_m: [f64; 2],
+}
+
+/// What is in the gripper, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// The object.
+    pub object: Name,
+    /// Height of the object's middle above the tool centre (negative = below).
+    pub centre_above_tool_m: f64,
+    /// Its edge lengths.
+    pub extent: [f64; 3],
+}
+
+/// A spot for an object: its middle, where it is let go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Middle of the object.
+    pub centre: Point3<f64>,
+}
+
+/// What a skill sees; skills of one action run through it one after the other.
+#[derive(Debug, Clone)]
+pub struct SkillContext<'a> {
+    /// The perceived objects.
+    pub objects: &'a [SceneObject],
+    /// The robot's limits.
+    pub config: &'a MotionConfig,
+    /// What is in the gripper at this point of the motion.
+    pub held: Option<Held>,
+    /// Where the tool is at this point of the motion.
+    pub tool: Point3<f64>,
+    /// The jaws at this point of the motion, metres.
+    pub opening_m: f64,
+}
+
+impl<'a> SkillContext<'a> {
+    /// The context in which an action begins.
+    pub fn new(
+        objects: &'a [SceneObject],
+        config: &'a MotionConfig,
+        robot: &RobotState,
+        held: Option<Held>,
+    ) -> Self {
+        let (tool, opening_m) = (robot.position, robot.opening_m);
+        Self { objects, config, held, tool, opening_m }
+    }
+
+    /// Where an object was last seen in the world.
+    ///
+    /// # Errors
+    /// [`SkillError::Unseen`], [`SkillError::NoVolume`], [`SkillError::OutOfReach`].
+    pub fn volume(&self, name: &Name) -> Result<Volume, SkillError> {
+        let object = self.objects.iter().find(|o| o.name == *name);
+        let object = object.ok_or_else(|| SkillError::Unseen { object: name.clone() })?;
+        let volume = object.volume.ok_or_else(|| SkillError::NoVolume { object: name.clone() })?;
+        let (x, y) = (volume.centre.x, volume.centre.y);
+        if !self.reaches(x, y) {
+            return Err(SkillError::OutOfReach { object: name.clone(), x, y });
+        }
+        Ok(volume)
+    }
+
+    /// Volumes of everything that stands somewhere, except the named ones and what is held.
+    pub fn others<'b>(
+        &'b self,
+        except: &'b [&'b Name],
+    ) -> impl Iterator<Item = (&'b SceneObject, Volume)> {
+        self.objects.iter().filter_map(move |object| {
+            let stands = object.visibility != Visibility::Held
+                && !except.contains(&&object.name)
+                && self.held.as_ref().is_none_or(|held| held.object != object.name);
+            object.volume.filter(|_| stands).map(|volume| (object, volume))
+        })
+    }
+
+    /// Whether the tool may go there.
+    pub fn reaches(&self, x: f64, y: f64) -> bool {
+        let within = |[low, high]: [f64; 2], v: f64| low <= v && v <= high;
+        within(self.config.reach_x_m, x) && within(self.config.reach_y_m, y)
+    }
+
+    /// A waypoint at `position`, keeping the jaws as they are.
+    pub fn waypoint(&mut self, position: Point3<f64>, speed_m_s: f64, expect: Expect) -> Waypoint {
+        self.tool = position;
+        let opening_m = self.opening_m;
+        Waypoint { position, yaw_rad: 0.0, opening_m, speed_m_s, expect, retractable: false }
+    }
+
+    /// The waypoints from here to `goal`: up, across, down, and the last bit slowly.
+    pub fn approach(&mut self, goal: Point3<f64>, expect: Expect) -> [Waypoint; 4] {
+        let config = self.config;
+        let up = config.travel_z_m.max(goal.z + config.approach_m);
+        let points = [
+            (Point3::new(self.tool.x, self.tool.y, up), config.speed_m_s),
+            (Point3::new(goal.x, goal.y, up), config.speed_m_s),
+            (Point3::new(goal.x, goal.y, goal.z + config.approach_m), config.speed_m_s),
+            (goal, config.approach_speed_m_s),
+        ];
+        points.map(|(point, speed)| {
+            let waypoint = self.waypoint(point, speed, expect);
+            Waypoint { retractable: true, ..waypoint }
+        })
+    }
+
+    /// The waypoint that goes straight up to travel height.
+    pub fn retreat(&mut self, expect: Expect) -> Waypoint {
+        let (x, y) = (self.tool.x, self.tool.y);
+        let up = Point3::new(x, y, self.config.travel_z_m.max(self.tool.z));
+        self.waypoint(up, self.config.speed_m_s, expect)
+    }
+}

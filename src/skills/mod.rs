@@ -1,0 +1,111 @@
+//! Skills: an action of the plan becomes a motion, from what was perceived.
+//!
+//! A skill is general (`pick`, `place`); `skills.toml` of a domain says which actions use which
+//! skills with which of their parameters. A skill is one file with one line in [`SKILLS`].
+
+mod book;
+mod context;
+mod pick;
+mod place;
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use crate::messages::Motion;
+use crate::pddl::Name;
+
+pub use book::{ActionSkills, BookError, Preempt, SkillBook, SkillCall};
+pub use context::{Held, MotionConfig, Place, SkillContext};
+
+/// Every skill by its name in `skills.toml`, in alphabetical order.
+pub const SKILLS: &[(&str, &dyn Skill)] = &[("pick", &pick::Pick), ("place", &place::Place)];
+
+/// A skill: appends the waypoints that carry it out.
+///
+/// Pure: the same perceived scene gives the same motion.
+pub trait Skill: Sync {
+    /// The parameters that it understands.
+    fn params(&self) -> &'static [Param];
+
+    /// Appends its waypoints and leaves the context as it will be afterwards.
+    ///
+    /// # Errors
+    /// [`SkillError`] when what was perceived does not allow it.
+    fn extend(
+        &self,
+        args: &BTreeMap<&str, Name>,
+        context: &mut SkillContext<'_>,
+        motion: &mut Motion,
+    ) -> Result<(), SkillError>;
+}
+
+/// A parameter of a skill.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Param {
+    /// Its key in `skills.toml`.
+    pub name: &'static str,
+    /// Whether it must be there.
+    pub required: bool,
+}
+
+/// What was perceived does not allow a skill.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SkillError {
+    /// The scene has no such object.
+    #[error("{object} is not in the scene")]
+    Unseen {
+        /// The object.
+        object: Name,
+    },
+    /// The object has no place in the world.
+    #[error("the place of {object} in the world is not known: no depth or no camera pose")]
+    NoVolume {
+        /// The object.
+        object: Name,
+    },
+    /// The jaws do not open far enough.
+    #[error("{object} is {width_m:.3} m wide; the jaws open to {opening_m_max:.3} m")]
+    TooWide {
+        /// The object.
+        object: Name,
+        /// Its width.
+        width_m: f64,
+        /// The limit.
+        opening_m_max: f64,
+    },
+    /// The place is out of reach.
+    #[error("{object} at ({x:.2}, {y:.2}) m is outside the workspace")]
+    OutOfReach {
+        /// The object.
+        object: Name,
+        /// Its place along x.
+        x: f64,
+        /// Its place along y.
+        y: f64,
+    },
+    /// Nothing is held that could be placed.
+    #[error("{object} should be placed but is not in the gripper")]
+    NotHeld {
+        /// The object.
+        object: Name,
+    },
+    /// The gripper is full.
+    #[error("{object} should be picked but the gripper holds something")]
+    HandFull {
+        /// The object.
+        object: Name,
+    },
+    /// The table is full.
+    #[error("no free place of {width_m:.3} m on the table")]
+    NoFreePlace {
+        /// The width that was looked for.
+        width_m: f64,
+    },
+    /// `skills.toml` says nothing of this action.
+    #[error("no skill for action {action} in skills.toml")]
+    NoSkill {
+        /// The action.
+        action: Name,
+    },
+}

@@ -1,0 +1,97 @@
+//! `place object (onto | around) target`: over it, down, open, up. Without a target: a free place
+//! on the table.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+
+use super::{Held, Param, Skill, SkillContext, SkillError};
+use crate::messages::{Expect, Motion};
+use crate::pddl::Name;
+use crate::scene::Volume;
+
+/// Steps of the search for a free place, metres.
+const GRID_M: f64 = 0.01;
+
+/// Puts down what is held.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place;
+
+impl Skill for Place {
+    fn params(&self) -> &'static [Param] {
+        &[
+            Param { name: "object", required: true },
+            Param { name: "onto", required: false },
+            Param { name: "around", required: false },
+        ]
+    }
+
+    fn extend(
+        &self,
+        args: &BTreeMap<&str, Name>,
+        context: &mut SkillContext<'_>,
+        motion: &mut Motion,
+    ) -> Result<(), SkillError> {
+        let Some(object) = args.get("object") else { return Ok(()) };
+        let held = context.held.clone().filter(|held| held.object == *object);
+        let held = held.ok_or_else(|| SkillError::NotHeld { object: object.clone() })?;
+        let support = match (args.get("onto"), args.get("around")) {
+            (Some(target), _) => onto(context.volume(target)?),
+            (None, Some(target)) => around(target, context.volume(target)?, context),
+            (None, None) => free_place(&held, context)?,
+        };
+        let config = context.config;
+        let tool_z =
+            support.z + config.release_gap_m + held.extent[2] / 2.0 - held.centre_above_tool_m;
+        let goal = Point3::new(support.x, support.y, tool_z);
+        motion.waypoints.extend(context.approach(goal, Expect::Holding));
+        context.opening_m =
+            (held.extent[0] + config.jaw_clearance_m).min(config.opening_m_max);
+        context.held = None;
+        motion.waypoints.push(context.waypoint(goal, config.approach_speed_m_s, Expect::Empty));
+        motion.waypoints.push(context.retreat(Expect::Empty));
+        Ok(())
+    }
+}
+
+/// The middle of a target's upper face.
+fn onto(target: Volume) -> Point3<f64> {
+    Point3::new(target.centre.x, target.centre.y, target.top_z())
+}
+
+/// The middle of the highest thing that is around a post, or the post's foot.
+fn around(post: &Name, volume: Volume, context: &SkillContext<'_>) -> Point3<f64> {
+    let (x, y) = (volume.centre.x, volume.centre.y);
+    let foot_z = volume.centre.z - volume.extent[2] / 2.0;
+    let except = [post];
+    let is_around = |other: &Volume| {
+        let reach = other.extent[0].max(other.extent[1]) / 2.0;
+        (other.centre.x - x).hypot(other.centre.y - y) < reach / 2.0
+    };
+    let tops = context.others(&except).map(|(_, other)| other).filter(is_around);
+    let top_z = tops.map(|other| other.top_z()).fold(f64::NEG_INFINITY, f64::max);
+    Point3::new(x, y, if top_z.is_finite() { top_z } else { foot_z })
+}
+
+/// The free place on the table nearest to the tool, in the middle of the reach along y.
+fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, SkillError> {
+    let config = context.config;
+    let width_m = held.extent[0].max(held.extent[1]);
+    let y = f64::midpoint(config.reach_y_m[0], config.reach_y_m[1]);
+    let [low, high] = config.reach_x_m;
+    let n_steps = ((high - low) / GRID_M) as u32;
+    let is_free = |x: f64| {
+        context.others(&[]).all(|(_, other)| {
+            let apart = |axis: usize, distance: f64| {
+                distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m
+            };
+            apart(0, (other.centre.x - x).abs()) || apart(1, (other.centre.y - y).abs())
+        })
+    };
+    (0..=n_steps)
+        .map(|i| low + f64::from(i) * GRID_M)
+        .filter(|&x| is_free(x))
+        .min_by(|a, b| (a - context.tool.x).abs().total_cmp(&(b - context.tool.x).abs()))
+        .map(|x| Point3::new(x, y, config.table_z_m))
+        .ok_or(SkillError::NoFreePlace { width_m })
+}

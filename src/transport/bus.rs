@@ -1,0 +1,120 @@
+//! The bus: one iceoryx2 node per process and run, in a name space of its own.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend};
+use iceoryx2::service::ipc_threadsafe;
+
+use super::TransportError;
+use super::ports::{Inbox, Outbox};
+use super::topics::Topic;
+use super::wire::Header;
+
+/// The iceoryx2 variant whose ports may move between threads.
+pub(super) type Service = ipc_threadsafe::Service;
+
+/// Where shared memory lives when nothing else is asked for, and a memory file system is there.
+const ROOT_ON_TMPFS: &str = "/dev/shm/groundloop";
+
+/// `f_type` of a memory file system (Linux, `statfs(2)`).
+const TMPFS_MAGIC: i64 = 0x0102_1994;
+
+/// Which shared-memory world to join. All processes of one run need the same values.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BusConfig {
+    /// Directory of iceoryx2's bookkeeping; `None` = `/dev/shm/groundloop` where that is a memory
+    /// file system, else the system's directory for temporary files.
+    pub root: Option<PathBuf>,
+    /// Prefix of every shared-memory object.
+    pub prefix: String,
+    /// Name of the run: the middle part of every service name.
+    pub run: String,
+}
+
+impl BusConfig {
+    /// The usual place, for the run of that name.
+    pub fn for_run(run: impl Into<String>) -> Self {
+        Self { root: None, prefix: "groundloop_".to_owned(), run: run.into() }
+    }
+}
+
+/// A node on the bus. Cheap to clone; the last clone closes it.
+#[derive(Debug, Clone)]
+pub struct Bus {
+    node: Arc<Node<Service>>,
+    run: Arc<str>,
+}
+
+impl Bus {
+    /// Joins the bus and clears what dead processes left behind.
+    ///
+    /// Blocks for as long as iceoryx2 needs to create its files (well below a second).
+    ///
+    /// # Errors
+    /// [`TransportError::Open`] when the place cannot be used; it names the place.
+    pub fn open(config: &BusConfig) -> Result<Self, TransportError> {
+        let root = config.root.clone().unwrap_or_else(default_root);
+        let fault =
+            |reason: String| TransportError::Open { what: root.display().to_string(), reason };
+        let mut settings = Config::default();
+        let root_text = root.to_str().ok_or_else(|| fault("the path is not UTF-8".to_owned()))?;
+        settings.global.set_root_path(&root_text.try_into().map_err(|e| fault(format!("{e:?}")))?);
+        settings.global.prefix =
+            config.prefix.as_str().try_into().map_err(|e| fault(format!("{e:?}")))?;
+        let name = "groundloop".try_into().map_err(|e| fault(format!("{e:?}")))?;
+        let node = NodeBuilder::new()
+            .config(&settings)
+            .name(&name)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>()
+            .map_err(|e| fault(format!("{e:?}")))?;
+        node.try_cleanup_dead_nodes();
+        Ok(Self { node: Arc::new(node), run: config.run.as_str().into() })
+    }
+
+    /// Opens a topic for writing.
+    ///
+    /// # Errors
+    /// [`TransportError::Open`] naming the topic.
+    pub fn outbox<H: Header, R>(&self, topic: &Topic) -> Result<Outbox<H, R>, TransportError>
+    where
+        R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
+    {
+        Outbox::open(&self.node, &self.service_name(topic), topic)
+    }
+
+    /// Opens a topic for reading; what the topic keeps for late joiners arrives first.
+    ///
+    /// # Errors
+    /// [`TransportError::Open`] naming the topic.
+    pub fn inbox<H: Header, R>(&self, topic: &Topic) -> Result<Inbox<H, R>, TransportError>
+    where
+        R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
+    {
+        Inbox::open(&self.node, &self.service_name(topic), topic)
+    }
+
+    /// Removes what dead processes left behind and tells their readers.
+    pub fn clean_up_dead_nodes(&self) {
+        self.node.try_cleanup_dead_nodes();
+    }
+
+    fn service_name(&self, topic: &Topic) -> String {
+        format!("groundloop/{}/{}", self.run, topic.name)
+    }
+}
+
+fn default_root() -> PathBuf {
+    if is_tmpfs(Path::new("/dev/shm")) {
+        PathBuf::from(ROOT_ON_TMPFS)
+    } else {
+        std::env::temp_dir().join("groundloop")
+    }
+}
+
+fn is_tmpfs(path: &Path) -> bool {
+    rustix::fs::statfs(path).is_ok_and(|info| i64::from(info.f_type) == TMPFS_MAGIC)
+}

@@ -1,0 +1,59 @@
+//! Wire ↔ core. Whatever comes from shared memory is checked here, once, and never trusted before.
+
+mod device;
+mod task;
+mod text;
+
+use thiserror::Error;
+
+pub use device::{
+    DepthView, FrameView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
+    device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
+    status_from_wire, status_to_wire,
+};
+pub use task::{
+    Vocabulary, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, plan_from_wire,
+    plan_to_wire, scene_from_wire, scene_to_wire,
+};
+
+/// A message from shared memory does not say what it should. It is dropped, and the run goes on.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("message rejected: {field}: expected {expected}, got {got}")]
+pub struct WireError {
+    /// The field.
+    pub field: &'static str,
+    /// What it may be.
+    pub expected: String,
+    /// What it is.
+    pub got: String,
+}
+
+impl WireError {
+    fn new(field: &'static str, expected: impl ToString, got: impl ToString) -> Self {
+        Self { field, expected: expected.to_string(), got: got.to_string() }
+    }
+}
+
+/// The only record of a message that has exactly one.
+fn single<'a, R>(field: &'static str, records: &'a [R]) -> Result<&'a R, WireError> {
+    match records {
+        [record] => Ok(record),
+        _ => Err(WireError::new(field, "one record", records.len())),
+    }
+}
+
+fn finite<const N: usize>(field: &'static str, values: [f64; N]) -> Result<[f64; N], WireError> {
+    if values.iter().all(|v| v.is_finite()) {
+        Ok(values)
+    } else {
+        Err(WireError::new(field, "finite numbers", format!("{values:?}")))
+    }
+}
+
+fn flag(field: &'static str, value: u32) -> Result<bool, WireError> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(WireError::new(field, "0 or 1", value)),
+    }
+}

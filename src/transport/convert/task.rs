@@ -1,0 +1,456 @@
+//! Goal, scene, plan and outcome.
+
+use nalgebra::Point3;
+
+use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
+use super::{WireError, finite, flag, single};
+use crate::geometry::PixelBox;
+use crate::messages::{
+    Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
+};
+use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
+use crate::pddl::Step;
+use crate::scene::{SceneObject, Truth, Visibility, Volume};
+use crate::transport::wire::{
+    ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, StepRecord, TaskHeader,
+};
+
+/// Most records of one scene.
+const SCENE_RECORDS_MAX: usize = 65_536;
+/// Most steps of one plan.
+const PLAN_STEPS_MAX: usize = 65_536;
+/// Longest goal, in bytes of PDDL.
+const GOAL_BYTES_MAX: usize = 1 << 20;
+
+/// What both ends must agree on: the run, the domain, and the order of its types and predicates.
+#[derive(Debug, Clone)]
+pub struct Vocabulary {
+    /// Identity of the run.
+    pub run_id: u64,
+    /// Hash of the domain's files.
+    pub domain_hash: u64,
+    /// The domain.
+    pub domain: Domain,
+    types: Vec<Name>,
+}
+
+impl Vocabulary {
+    /// The vocabulary of a domain.
+    pub fn new(run_id: u64, domain_hash: u64, domain: Domain) -> Self {
+        let mut types: Vec<Name> = domain.types.parents.keys().cloned().collect();
+        types.push("object".into());
+        types.sort_unstable();
+        types.dedup();
+        Self { run_id, domain_hash, domain, types }
+    }
+
+    fn header(&self, cause: &Cause) -> TaskHeader {
+        TaskHeader {
+            schema: SCHEMA,
+            run_id: self.run_id,
+            domain_hash: self.domain_hash,
+            cycle: cause.cycle,
+            frame_sequence: cause.frame_sequence,
+            capture_ns: cause.capture_ns,
+            frame_send_ns: cause.frame_send_ns,
+            ..TaskHeader::default()
+        }
+    }
+
+    fn check(&self, header: &TaskHeader) -> Result<Cause, WireError> {
+        if header.domain_hash != self.domain_hash {
+            let (expected, got) = (self.domain_hash, header.domain_hash);
+            let hex = |hash| format!("{hash:016x}");
+            return Err(WireError::new("domain_hash", hex(expected), hex(got)));
+        }
+        if header.run_id != self.run_id {
+            return Err(WireError::new("run_id", self.run_id, header.run_id));
+        }
+        Ok(Cause {
+            cycle: header.cycle,
+            frame_sequence: header.frame_sequence,
+            capture_ns: header.capture_ns,
+            frame_send_ns: header.frame_send_ns,
+        })
+    }
+}
+
+/// Writes a scene.
+///
+/// # Errors
+/// [`WireError`] when a name is too long, or a type or predicate is not the domain's.
+pub fn scene_to_wire(
+    scene: &Scene,
+    vocabulary: &Vocabulary,
+) -> Result<(TaskHeader, Vec<SceneRecord>), WireError> {
+    let mut header = vocabulary.header(&scene.cause);
+    header.stage_us = [scene.detect_us, scene.ground_us];
+    header.unsettled = scene.unsettled;
+    let mut records = Vec::with_capacity(scene.objects.len() + scene.facts.len());
+    for object in &scene.objects {
+        records.push(object_to_wire(object, vocabulary)?);
+    }
+    for fact in &scene.facts {
+        records.push(fact_to_wire(fact, scene, vocabulary)?);
+    }
+    Ok((header, records))
+}
+
+fn object_to_wire(
+    object: &SceneObject,
+    vocabulary: &Vocabulary,
+) -> Result<SceneRecord, WireError> {
+    let mut record = SceneRecord {
+        tag: 0,
+        kind: index_of("object type", &vocabulary.types, &object.type_name)?,
+        source: match object.visibility {
+            Visibility::Visible => 0,
+            Visibility::Hidden => 1,
+            Visibility::Held => 2,
+            Visibility::Implied => 3,
+        },
+        score: object.score,
+        seen_ns: object.seen_ns,
+        name: name_to_wire(&object.name)?,
+        ..SceneRecord::default()
+    };
+    if let Some(pixel_box) = object.pixel_box {
+        record.state |= 1;
+        record.pixel_box = pixel_box.into();
+    }
+    if let Some(volume) = object.volume {
+        record.state |= 2;
+        record.centre = volume.centre.coords.into();
+        record.extent = volume.extent;
+    }
+    Ok(record)
+}
+
+fn fact_to_wire(
+    fact: &SceneFact,
+    scene: &Scene,
+    vocabulary: &Vocabulary,
+) -> Result<SceneRecord, WireError> {
+    let predicates = &vocabulary.domain.predicates;
+    let kind = predicates
+        .iter()
+        .position(|p| p.name == fact.atom.predicate)
+        .ok_or_else(|| WireError::new("predicate", "one of the domain", &fact.atom.predicate))?;
+    if fact.atom.args.len() > ARGS_MAX {
+        return Err(WireError::new("n_args", ARGS_MAX, fact.atom.args.len()));
+    }
+    let mut args = [0; ARGS_MAX];
+    for (to, from) in args.iter_mut().zip(&fact.atom.args) {
+        let at = scene.objects.iter().position(|o| o.name == *from);
+        let at = at.ok_or_else(|| WireError::new("argument", "an object of the scene", from))?;
+        *to = u32::try_from(at).unwrap_or(u32::MAX);
+    }
+    Ok(SceneRecord {
+        tag: 1,
+        kind: u32::try_from(kind).unwrap_or(u32::MAX),
+        source: match fact.origin {
+            Origin::Observed => 0,
+            Origin::Proprioceptive => 1,
+            Origin::Completed => 2,
+            Origin::Remembered => 3,
+            Origin::Predicted => 4,
+        },
+        state: truth_to_wire(fact.raw),
+        confirmed: truth_to_wire(fact.confirmed),
+        n_args: u32::try_from(fact.atom.args.len()).unwrap_or(u32::MAX),
+        args,
+        score: fact.confidence,
+        ..SceneRecord::default()
+    })
+}
+
+/// Checks a scene.
+///
+/// # Errors
+/// [`WireError`] naming the field: another run or domain, a tag out of range, NaN, an argument
+/// that points nowhere, too few or many arguments.
+pub fn scene_from_wire(
+    header: &TaskHeader,
+    records: &[SceneRecord],
+    vocabulary: &Vocabulary,
+) -> Result<Scene, WireError> {
+    let cause = vocabulary.check(header)?;
+    if records.len() > SCENE_RECORDS_MAX {
+        return Err(WireError::new("scene records", SCENE_RECORDS_MAX, records.len()));
+    }
+    let (mut objects, mut facts) = (Vec::new(), Vec::new());
+    for record in records {
+        match record.tag {
+            0 => objects.push(object_from_wire(record, vocabulary)?),
+            1 => facts.push(fact_from_wire(record, &objects, vocabulary)?),
+            other => return Err(WireError::new("tag", "0 or 1", other)),
+        }
+    }
+    let [detect_us, ground_us] = header.stage_us;
+    Ok(Scene { cause, objects, facts, unsettled: header.unsettled, detect_us, ground_us })
+}
+
+fn object_from_wire(
+    record: &SceneRecord,
+    vocabulary: &Vocabulary,
+) -> Result<SceneObject, WireError> {
+    let types = &vocabulary.types;
+    let type_name = types
+        .get(record.kind as usize)
+        .ok_or_else(|| WireError::new("object type", format!("below {}", types.len()), record.kind))?;
+    let visibility = match record.source {
+        0 => Visibility::Visible,
+        1 => Visibility::Hidden,
+        2 => Visibility::Held,
+        3 => Visibility::Implied,
+        other => return Err(WireError::new("visibility", "0 to 3", other)),
+    };
+    if record.state > 3 {
+        return Err(WireError::new("object state", "0 to 3", record.state));
+    }
+    let pixel_box = PixelBox::from(finite("pixel_box", record.pixel_box)?);
+    let centre = Point3::from(finite("centre", record.centre)?);
+    let extent = finite("extent", record.extent)?;
+    Ok(SceneObject {
+        name: name_from_wire("object name", &record.name)?,
+        type_name: type_name.clone(),
+        pixel_box: (record.state & 1 != 0).then_some(pixel_box),
+        volume: (record.state & 2 != 0).then_some(Volume { centre, extent }),
+        score: unit("score", record.score)?,
+        visibility,
+        seen_ns: record.seen_ns,
+    })
+}
+
+fn fact_from_wire(
+    record: &SceneRecord,
+    objects: &[SceneObject],
+    vocabulary: &Vocabulary,
+) -> Result<SceneFact, WireError> {
+    let predicates = &vocabulary.domain.predicates;
+    let predicate = predicates.get(record.kind as usize).ok_or_else(|| {
+        WireError::new("predicate", format!("below {}", predicates.len()), record.kind)
+    })?;
+    if record.n_args as usize != predicate.params.len() {
+        return Err(WireError::new("n_args", predicate.params.len(), record.n_args));
+    }
+    let indices = record.args.iter().take(record.n_args as usize);
+    let args = indices
+        .map(|&at| {
+            let found = objects.get(at as usize).map(|object| object.name.clone());
+            found.ok_or_else(|| WireError::new("argument", objects.len(), at))
+        })
+        .collect::<Result<_, _>>()?;
+    let origin = match record.source {
+        0 => Origin::Observed,
+        1 => Origin::Proprioceptive,
+        2 => Origin::Completed,
+        3 => Origin::Remembered,
+        4 => Origin::Predicted,
+        other => return Err(WireError::new("origin", "0 to 4", other)),
+    };
+    Ok(SceneFact {
+        atom: Atom { predicate: predicate.name.clone(), args },
+        raw: truth_from_wire("raw", record.state)?,
+        confirmed: truth_from_wire("confirmed", record.confirmed)?,
+        origin,
+        confidence: unit("confidence", record.score)?,
+    })
+}
+
+fn index_of(field: &'static str, names: &[Name], name: &Name) -> Result<u32, WireError> {
+    let at = names.binary_search(name).map_err(|_| WireError::new(field, "one of the domain", name))?;
+    Ok(u32::try_from(at).unwrap_or(u32::MAX))
+}
+
+fn unit(field: &'static str, value: f32) -> Result<f32, WireError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(WireError::new(field, "0 to 1", value))
+    }
+}
+
+fn truth_to_wire(truth: Truth) -> u32 {
+    match truth {
+        Truth::False => 0,
+        Truth::Unknown => 1,
+        Truth::True => 2,
+    }
+}
+
+fn truth_from_wire(field: &'static str, value: u32) -> Result<Truth, WireError> {
+    match value {
+        0 => Ok(Truth::False),
+        1 => Ok(Truth::Unknown),
+        2 => Ok(Truth::True),
+        other => Err(WireError::new(field, "0 to 2", other)),
+    }
+}
+
+/// Writes a plan.
+///
+/// # Errors
+/// [`WireError`] when a name is too long or a step has too many arguments.
+pub fn plan_to_wire(
+    plan: &PlanMessage,
+    vocabulary: &Vocabulary,
+) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
+    let mut header = vocabulary.header(&plan.cause);
+    header.stage_us = [plan.plan_us, 0];
+    let mut records = Vec::new();
+    let detail = match &plan.verdict {
+        PlanVerdict::Plan { steps, cost } => {
+            header.cost = *cost;
+            records = steps.iter().map(step_to_wire).collect::<Result<_, _>>()?;
+            String::new()
+        }
+        PlanVerdict::Unsolvable { proof, unknowns } => {
+            header.verdict = if *unknowns { 2 } else { 1 };
+            proof.clone()
+        }
+        PlanVerdict::OutOfBudget { limit } => {
+            header.verdict = 3;
+            limit.clone()
+        }
+        PlanVerdict::Unsupported { feature } => {
+            header.verdict = 4;
+            feature.clone()
+        }
+        PlanVerdict::Missing { objects } => {
+            header.verdict = 5;
+            let names: Vec<&str> = objects.iter().map(Name::as_str).collect();
+            names.join(" ")
+        }
+    };
+    header.detail = text_to_wire(&detail);
+    Ok((header, records))
+}
+
+/// Checks a plan.
+///
+/// # Errors
+/// [`WireError`] naming the field.
+pub fn plan_from_wire(
+    header: &TaskHeader,
+    records: &[StepRecord],
+    vocabulary: &Vocabulary,
+) -> Result<PlanMessage, WireError> {
+    let cause = vocabulary.check(header)?;
+    if records.len() > PLAN_STEPS_MAX {
+        return Err(WireError::new("plan steps", PLAN_STEPS_MAX, records.len()));
+    }
+    let detail = text_from_wire("detail", &header.detail)?.to_owned();
+    let verdict = match header.verdict {
+        0 => {
+            let steps = records.iter().map(|r| step_from_wire(r, vocabulary));
+            PlanVerdict::Plan { steps: steps.collect::<Result<_, _>>()?, cost: header.cost }
+        }
+        1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
+        3 => PlanVerdict::OutOfBudget { limit: detail },
+        4 => PlanVerdict::Unsupported { feature: detail },
+        5 => {
+            PlanVerdict::Missing { objects: detail.split_whitespace().map(Name::new).collect() }
+        }
+        other => return Err(WireError::new("plan verdict", "0 to 5", other)),
+    };
+    Ok(PlanMessage { cause, verdict, plan_us: header.stage_us[0] })
+}
+
+fn step_to_wire(step: &Step) -> Result<StepRecord, WireError> {
+    if step.args.len() > ARGS_MAX {
+        return Err(WireError::new("step arguments", ARGS_MAX, step.args.len()));
+    }
+    let mut args = [NameText::default(); ARGS_MAX];
+    for (to, from) in args.iter_mut().zip(&step.args) {
+        *to = name_to_wire(from)?;
+    }
+    let n_args = u32::try_from(step.args.len()).unwrap_or(u32::MAX);
+    Ok(StepRecord { action: name_to_wire(&step.action)?, n_args, reserved: 0, args })
+}
+
+fn step_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Step, WireError> {
+    let action = name_from_wire("action", &record.action)?;
+    let schema = vocabulary
+        .domain
+        .action(action.as_str())
+        .ok_or_else(|| WireError::new("action", "one of the domain", &action))?;
+    if record.n_args as usize != schema.params.len() {
+        return Err(WireError::new("step arguments", schema.params.len(), record.n_args));
+    }
+    let args = record.args.iter().take(record.n_args as usize);
+    let args = args.map(|a| name_from_wire("step argument", a)).collect::<Result<_, _>>()?;
+    Ok(Step { action, args })
+}
+
+/// Writes the outcome of a step.
+///
+/// # Errors
+/// [`WireError`] when a name is too long.
+pub fn outcome_to_wire(
+    outcome: &StepOutcome,
+    vocabulary: &Vocabulary,
+) -> Result<(TaskHeader, OutcomeRecord), WireError> {
+    let cause = Cause { cycle: outcome.sequence, ..Cause::default() };
+    let record = OutcomeRecord {
+        step: step_to_wire(&outcome.step)?,
+        failures: outcome.failures,
+        succeeded: u32::from(outcome.succeeded),
+    };
+    Ok((vocabulary.header(&cause), record))
+}
+
+/// Checks the outcome of a step.
+///
+/// # Errors
+/// [`WireError`] naming the field.
+pub fn outcome_from_wire(
+    header: &TaskHeader,
+    records: &[OutcomeRecord],
+    vocabulary: &Vocabulary,
+) -> Result<StepOutcome, WireError> {
+    let cause = vocabulary.check(header)?;
+    let record = single("outcome", records)?;
+    Ok(StepOutcome {
+        sequence: cause.cycle,
+        step: step_from_wire(&record.step, vocabulary)?,
+        succeeded: flag("succeeded", record.succeeded)?,
+        failures: record.failures,
+    })
+}
+
+/// Writes the goal: as a PDDL problem without facts, whose objects are those that the goal names.
+pub fn goal_to_wire(goal: &GoalMessage, vocabulary: &Vocabulary) -> (TaskHeader, Vec<u8>) {
+    let problem = pddl::Problem {
+        name: "goal".into(),
+        domain: vocabulary.domain.name.clone(),
+        objects: goal.named.clone(),
+        init: std::collections::BTreeSet::new(),
+        costs: std::collections::BTreeMap::new(),
+        goal: goal.goal.clone(),
+        minimise_cost: false,
+    };
+    let text = pddl::print_problem(&problem);
+    (vocabulary.header(&Cause::default()), text.into_bytes())
+}
+
+/// Checks the goal.
+///
+/// # Errors
+/// [`WireError`] naming the field; a goal that does not parse carries the parser's message.
+pub fn goal_from_wire(
+    header: &TaskHeader,
+    payload: &[u8],
+    vocabulary: &Vocabulary,
+) -> Result<GoalMessage, WireError> {
+    vocabulary.check(header)?;
+    if payload.len() > GOAL_BYTES_MAX {
+        return Err(WireError::new("goal", format!("{GOAL_BYTES_MAX} bytes"), payload.len()));
+    }
+    let text = std::str::from_utf8(payload).map_err(|e| WireError::new("goal", "UTF-8", e))?;
+    let source = SourceText { name: "goal message".to_owned(), text: text.to_owned() };
+    let parsed = pddl::parse_problem(&source, &vocabulary.domain)
+        .map_err(|e| WireError::new("goal", "a PDDL goal", e.render()))?;
+    let named: Vec<Typed> = parsed.value.objects;
+    Ok(GoalMessage { goal: parsed.value.goal, named })
+}

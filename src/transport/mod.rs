@@ -1,0 +1,47 @@
+//! Topics over iceoryx2: shared memory between actors, whether they share a process or not.
+
+pub mod wire;
+pub mod topics;
+mod bus;
+mod ports;
+pub mod convert;
+
+use thiserror::Error;
+
+pub use bus::{Bus, BusConfig};
+pub use ports::{Drops, Inbox, Outbox, Received, Record};
+
+/// The bus does not work.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum TransportError {
+    /// A node or topic cannot be opened.
+    #[error("cannot open shared memory for {what}: {reason}")]
+    Open {
+        /// The directory or topic.
+        what: String,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// A message cannot be sent.
+    #[error("cannot send on {topic}: {reason}")]
+    Send {
+        /// The topic.
+        topic: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// Messages cannot be received.
+    #[error("cannot receive on {topic}: {reason}")]
+    Receive {
+        /// The topic.
+        topic: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+}
+
+impl TransportError {
+    fn open(topic: &str, error: &dyn std::fmt::Debug) -> Self {
+        Self::Open { what: format!("topic {topic}"), reason: format!("{error:?}") }
+    }
+}

@@ -1,0 +1,382 @@
+//! Outbox and Inbox: one topic as a service pair (samples and wake-ups), in tokio.
+//!
+//! A reader sleeps on the listener's file descriptor. The order is: wait, clear readiness, drain
+//! wake-ups, drain samples; any other order loses wake-ups. A reader that has just opened says
+//! hello on a second event service, and the writer then hands it what the topic keeps for late
+//! joiners; without that a slow topic (goal, plan) would stay silent until its next message.
+
+use std::os::fd::{AsRawFd, RawFd};
+use std::sync::{Arc, Weak};
+
+use iceoryx2::node::Node;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
+use iceoryx2::prelude::{
+    AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _, ZeroCopySend,
+};
+use iceoryx2::sample::Sample;
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+use tokio::task::JoinHandle;
+
+use super::TransportError;
+use super::bus::Service;
+use super::topics::{Delivery, Topic};
+use super::wire::{Header, SCHEMA};
+use crate::telemetry::monotonic_ns;
+
+/// Event id of "a sample was sent". Ids 1 to 3 are iceoryx2's life-cycle events.
+const SENT: EventId = EventId::new(4);
+/// Event id of "I have just opened this topic for reading".
+const HELLO: EventId = EventId::new(5);
+/// Largest event id on any topic.
+const EVENT_ID_MAX: usize = 15;
+/// Readers of one topic (actors, recorders, viewers).
+const READERS_MAX: usize = 8;
+/// Writers of one topic: one, and a second while the first is being replaced.
+const WRITERS_MAX: usize = 2;
+/// Processes on one topic.
+const NODES_MAX: usize = 16;
+/// Samples that a reader may hold at a time.
+const BORROWED_MAX: usize = 4;
+
+/// What can be sent: plain records.
+pub trait Record: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static {}
+impl<T: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static> Record for T {}
+
+/// A listener whose file descriptor tokio watches.
+struct WatchedListener(Listener<Service>);
+
+impl AsRawFd for WatchedListener {
+    #[expect(unsafe_code, reason = "iceoryx2 hands the descriptor out through an unsafe call")]
+    fn as_raw_fd(&self) -> RawFd {
+        // SAFETY: the descriptor is only registered with tokio's reactor and never closed or read
+        // through this handle; it lives as long as the listener, which `AsyncFd` owns.
+        unsafe { self.0.file_descriptor().native_handle() }
+    }
+}
+
+/// Wake-ups of one topic.
+struct Wakeups {
+    fd: AsyncFd<WatchedListener>,
+    topic: &'static str,
+}
+
+impl Wakeups {
+    #[expect(unsafe_code, reason = "tokio asks for a descriptor that stays the same; it does")]
+    fn new(listener: Listener<Service>, topic: &Topic) -> Result<Self, TransportError> {
+        let watched = WatchedListener(listener);
+        // SAFETY: `WatchedListener` owns its listener and returns the same open descriptor for as
+        // long as it lives; `AsyncFd` deregisters before it drops the listener.
+        let fd = unsafe { AsyncFd::register_with_interest(watched, Interest::READABLE) }
+            .map_err(|e| TransportError::open(topic.name, &e))?;
+        Ok(Self { fd, topic: topic.name })
+    }
+
+    /// Waits for the next wake-up and drains all that are pending.
+    async fn wait(&self) -> Result<(), TransportError> {
+        let mut ready = self.fd.readable().await.map_err(|e| self.fault(&e))?;
+        ready.clear_ready();
+        self.fd.get_ref().0.try_wait(|_| ()).map_err(|e| self.fault(&e))?;
+        Ok(())
+    }
+
+    fn fault(&self, error: &dyn std::fmt::Debug) -> TransportError {
+        TransportError::Receive { topic: self.topic, reason: format!("{error:?}") }
+    }
+}
+
+/// The writing end of a topic.
+pub struct Outbox<H: Header, R: Record> {
+    publisher: Arc<Publisher<Service, [R], H>>,
+    notifier: Arc<Notifier<Service>>,
+    greeter: JoinHandle<()>,
+    topic: &'static str,
+}
+
+impl<H: Header, R: Record> std::fmt::Debug for Outbox<H, R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Outbox").field("topic", &self.topic).finish_non_exhaustive()
+    }
+}
+
+impl<H: Header, R: Record> Drop for Outbox<H, R> {
+    fn drop(&mut self) {
+        self.greeter.abort();
+    }
+}
+
+impl<H: Header, R: Record> Outbox<H, R> {
+    pub(super) fn open(
+        node: &Node<Service>,
+        service: &str,
+        topic: &Topic,
+    ) -> Result<Self, TransportError> {
+        let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+        let publisher = samples::<H, R>(node, service, topic)?
+            .publisher_builder()
+            .initial_max_slice_len(topic.initial_len)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_samples(2)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|e| fault(&e))?;
+        let notifier = events(node, service, topic)?
+            .notifier_builder()
+            .default_event_id(SENT)
+            .create()
+            .map_err(|e| fault(&e))?;
+        let greetings = events(node, &hello(service), topic)?
+            .listener_builder()
+            .create()
+            .map_err(|e| fault(&e))?;
+        let greetings = Wakeups::new(greetings, topic)?;
+        let (publisher, notifier) = (Arc::new(publisher), Arc::new(notifier));
+        let greeter = tokio::spawn(greet(greetings, Arc::downgrade(&publisher), Arc::downgrade(&notifier)));
+        // A reader that opened before this writer has said its hello already.
+        connect(&publisher, &notifier, topic.name);
+        Ok(Self { publisher, notifier, greeter, topic: topic.name })
+    }
+
+    /// Sends one message: stamps the header and copies the records into shared memory.
+    ///
+    /// # Errors
+    /// [`TransportError::Send`] when shared memory is exhausted or corrupted.
+    pub fn publish(&self, mut header: H, records: &[R]) -> Result<(), TransportError> {
+        let fault = |e: &dyn std::fmt::Debug| TransportError::Send {
+            topic: self.topic,
+            reason: format!("{e:?}"),
+        };
+        let sample = self.publisher.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
+        let mut sample = sample.write_from_slice(records);
+        header.set_send_ns(monotonic_ns());
+        *sample.user_header_mut() = header;
+        sample.send().map_err(|e| fault(&e))?;
+        self.notifier.notify().map_err(|e| fault(&e))?;
+        Ok(())
+    }
+}
+
+/// Hands late joiners what the topic keeps, whenever one says hello.
+async fn greet<H: Header, R: Record>(
+    greetings: Wakeups,
+    publisher: Weak<Publisher<Service, [R], H>>,
+    notifier: Weak<Notifier<Service>>,
+) {
+    while greetings.wait().await.is_ok() {
+        let (Some(publisher), Some(notifier)) = (publisher.upgrade(), notifier.upgrade()) else {
+            return;
+        };
+        connect(&publisher, &notifier, greetings.topic);
+    }
+}
+
+fn connect<H: Header, R: Record>(
+    publisher: &Publisher<Service, [R], H>,
+    notifier: &Notifier<Service>,
+    topic: &'static str,
+) {
+    if let Err(error) = publisher.update_connections() {
+        tracing::warn!(topic, ?error, "a late joiner could not be connected");
+    }
+    if let Err(error) = notifier.notify() {
+        tracing::warn!(topic, ?error, "a late joiner could not be woken");
+    }
+}
+
+/// One received message; a view into shared memory, valid after the writer has gone.
+#[derive(Debug)]
+pub struct Received<H: Header, R: Record>(Sample<Service, [R], H>);
+
+impl<H: Header, R: Record> Received<H, R> {
+    /// The header, not checked yet.
+    pub fn header(&self) -> &H {
+        self.0.user_header()
+    }
+
+    /// The records, not checked yet.
+    pub fn records(&self) -> &[R] {
+        self.0.payload()
+    }
+}
+
+/// What a reader has missed so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Drops {
+    /// Messages overtaken by newer ones, or lost.
+    pub missed: u64,
+    /// Messages of another schema version.
+    pub foreign: u64,
+}
+
+/// The reading end of a topic.
+pub struct Inbox<H: Header, R: Record> {
+    subscriber: Subscriber<Service, [R], H>,
+    wakeups: Wakeups,
+    last: Option<(u128, u64)>,
+    drops: Drops,
+    delivery: Delivery,
+}
+
+impl<H: Header, R: Record> std::fmt::Debug for Inbox<H, R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Inbox")
+            .field("topic", &self.wakeups.topic)
+            .field("drops", &self.drops)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<H: Header, R: Record> Inbox<H, R> {
+    pub(super) fn open(
+        node: &Node<Service>,
+        service: &str,
+        topic: &Topic,
+    ) -> Result<Self, TransportError> {
+        let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+        // The listener comes first: a sample sent between the two has a wake-up waiting.
+        let listener = events(node, service, topic)?
+            .listener_builder()
+            .create()
+            .map_err(|e| fault(&e))?;
+        let subscriber = samples::<H, R>(node, service, topic)?
+            .subscriber_builder()
+            .buffer_size(topic.depth)
+            .create()
+            .map_err(|e| fault(&e))?;
+        let hello = events(node, &hello(service), topic)?
+            .notifier_builder()
+            .default_event_id(HELLO)
+            .create()
+            .map_err(|e| fault(&e))?;
+        hello.notify().map_err(|e| fault(&e))?;
+        let wakeups = Wakeups::new(listener, topic)?;
+        let (last, drops) = (None, Drops::default());
+        Ok(Self { subscriber, wakeups, last, drops, delivery: topic.delivery })
+    }
+
+    /// Waits for a message and returns the newest one, counting what it overtook.
+    ///
+    /// Cancel-safe: dropping the future loses no message.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub async fn newest(&mut self) -> Result<Received<H, R>, TransportError> {
+        loop {
+            if let Some(received) = self.drain_newest()? {
+                return Ok(received);
+            }
+            self.wakeups.wait().await?;
+        }
+    }
+
+    /// Waits for the next message, oldest first. Cancel-safe.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub async fn next(&mut self) -> Result<Received<H, R>, TransportError> {
+        loop {
+            if let Some(received) = self.poll_next()? {
+                return Ok(received);
+            }
+            self.wakeups.wait().await?;
+        }
+    }
+
+    /// The newest message that is here already, if any.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub fn drain_newest(&mut self) -> Result<Option<Received<H, R>>, TransportError> {
+        let mut newest = None;
+        while let Some(received) = self.poll_next()? {
+            newest = Some(received);
+        }
+        Ok(newest)
+    }
+
+    /// The oldest message that is here already, if any.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub fn poll_next(&mut self) -> Result<Option<Received<H, R>>, TransportError> {
+        while let Some(sample) = self.subscriber.receive().map_err(|e| self.wakeups.fault(&e))? {
+            let writer = sample.header().publisher_id().value();
+            let header = sample.user_header();
+            if header.schema() != SCHEMA {
+                self.drops.foreign += 1;
+                let got = header.schema();
+                tracing::warn!(topic = self.wakeups.topic, expected = SCHEMA, got, "schema");
+                continue;
+            }
+            self.count_gap(writer, header.sequence());
+            return Ok(Some(Received(sample)));
+        }
+        Ok(None)
+    }
+
+    /// What has been missed so far.
+    pub fn drops(&self) -> Drops {
+        self.drops
+    }
+
+    fn count_gap(&mut self, writer: u128, sequence: u64) {
+        if let Some((last_writer, last)) = self.last
+            && last_writer == writer
+            && sequence > last + 1
+        {
+            let missed = sequence - last - 1;
+            self.drops.missed += missed;
+            if self.delivery == Delivery::Reliable {
+                tracing::error!(topic = self.wakeups.topic, missed, "messages were lost");
+            }
+        }
+        self.last = Some((writer, sequence));
+    }
+}
+
+type Samples<H, R> =
+    iceoryx2::service::port_factory::publish_subscribe::PortFactory<Service, [R], H>;
+type Events = iceoryx2::service::port_factory::event::PortFactory<Service>;
+
+fn samples<H: Header, R: Record>(
+    node: &Node<Service>,
+    service: &str,
+    topic: &Topic,
+) -> Result<Samples<H, R>, TransportError> {
+    let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+    node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
+        .publish_subscribe::<[R]>()
+        .user_header::<H>()
+        .max_publishers(WRITERS_MAX)
+        .max_subscribers(READERS_MAX)
+        .max_nodes(NODES_MAX)
+        .subscriber_max_buffer_size(topic.depth.max(topic.history))
+        .subscriber_max_borrowed_samples(BORROWED_MAX)
+        .history_size(topic.history)
+        .enable_safe_overflow(true)
+        .open_or_create()
+        .map_err(|e| fault(&e))
+}
+
+fn events(node: &Node<Service>, service: &str, topic: &Topic) -> Result<Events, TransportError> {
+    let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+    node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
+        .event()
+        .max_notifiers(READERS_MAX + WRITERS_MAX)
+        .max_listeners(READERS_MAX + WRITERS_MAX)
+        .max_nodes(NODES_MAX)
+        .event_id_max_value(EVENT_ID_MAX)
+        .notifier_created_event(EventId::new(1))
+        .notifier_dropped_event(EventId::new(2))
+        .notifier_dead_event(EventId::new(3))
+        .open_or_create()
+        .map_err(|e| fault(&e))
+}
+
+fn hello(service: &str) -> String {
+    format!("{service}/hello")
+}

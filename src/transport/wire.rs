@@ -1,0 +1,341 @@
+//! What travels in shared memory: fixed-size `#[repr(C)]` records with versioned names.
+//!
+//! No pointer, `usize`, `bool` or `String`: another process, in another language, reads the same
+//! bytes. Everything read from here is untrusted until `convert` has checked it.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Version of every layout in this file; a reader rejects other versions.
+pub const SCHEMA: u32 = 1;
+
+/// Longest name in bytes (objects, predicates, actions).
+pub const NAME_BYTES_MAX: usize = 48;
+
+/// Most arguments of one fact or step.
+pub const ARGS_MAX: usize = 6;
+
+/// Longest free text in a header, in bytes.
+pub const DETAIL_BYTES_MAX: usize = 160;
+
+/// Most waypoints of one motion.
+pub const WAYPOINTS_MAX: usize = 16;
+
+/// Longest label of a command, in bytes.
+pub const LABEL_BYTES_MAX: usize = 256;
+
+/// A name: UTF-8, padded with zero bytes.
+pub type NameBytes = [u8; NAME_BYTES_MAX];
+
+/// Every header tells its schema, a number that grows by one per message, and when it was sent.
+pub trait Header: Copy + Default + std::fmt::Debug + ZeroCopySend + Send + Sync + 'static {
+    /// Layout version.
+    fn schema(&self) -> u32;
+    /// Number of the message in its stream.
+    fn sequence(&self) -> u64;
+    /// Monotonic clock at sending, nanoseconds; for latency figures only.
+    fn set_send_ns(&mut self, send_ns: u64);
+}
+
+macro_rules! header {
+    ($type:ty, $sequence:ident) => {
+        impl Header for $type {
+            fn schema(&self) -> u32 {
+                self.schema
+            }
+            fn sequence(&self) -> u64 {
+                self.$sequence
+            }
+            fn set_send_ns(&mut self, send_ns: u64) {
+                self.send_ns = send_ns;
+            }
+        }
+    };
+}
+
+/// Header of `camera/<id>/rgb` and `camera/<id>/depth`; the payload is the pixels, row by row.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.FrameHeader.v1")]
+#[repr(C)]
+pub struct FrameHeader {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// 0 = RGB8, 1 = depth as little-endian f32 metres along the optical axis (0 = none).
+    pub encoding: u32,
+    /// Number of the frame; RGB and depth of one capture share it.
+    pub sequence: u64,
+    /// Capture stamp in run time, nanoseconds.
+    pub capture_ns: u64,
+    /// Monotonic clock at sending, nanoseconds.
+    pub send_ns: u64,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Bytes per row.
+    pub stride: u32,
+    /// 1 when `fx`…`cy` are known.
+    pub has_intrinsics: u32,
+    /// Focal length along columns, pixels.
+    pub fx: f64,
+    /// Focal length along rows, pixels.
+    pub fy: f64,
+    /// Principal point, column.
+    pub cx: f64,
+    /// Principal point, row.
+    pub cy: f64,
+    /// 1 when the two pose fields are known.
+    pub has_pose: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Camera position in the world frame, metres.
+    pub world_from_camera_xyz: [f64; 3],
+    /// Camera orientation in the world frame, unit quaternion (x, y, z, w).
+    pub world_from_camera_xyzw: [f64; 4],
+}
+header!(FrameHeader, sequence);
+
+/// Header of messages from and to devices, which know nothing of the task.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.DeviceHeader.v1")]
+#[repr(C)]
+pub struct DeviceHeader {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Number of the message in its stream.
+    pub sequence: u64,
+    /// Run time that the content belongs to, nanoseconds.
+    pub capture_ns: u64,
+    /// Monotonic clock at sending, nanoseconds.
+    pub send_ns: u64,
+}
+header!(DeviceHeader, sequence);
+
+/// Header of messages that rest on a frame: goal, scene, plan, outcome.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("groundloop.TaskHeader.v1")]
+#[repr(C)]
+pub struct TaskHeader {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Message-specific: the plan's verdict, see `convert`.
+    pub verdict: u32,
+    /// Which run this belongs to.
+    pub run_id: u64,
+    /// Hash of the domain folder the sender uses.
+    pub domain_hash: u64,
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Frame that it rests on.
+    pub frame_sequence: u64,
+    /// That frame's capture stamp, run time in nanoseconds.
+    pub capture_ns: u64,
+    /// When that frame was sent, monotonic nanoseconds (latency only).
+    pub frame_send_ns: u64,
+    /// Monotonic clock at sending, nanoseconds (latency only).
+    pub send_ns: u64,
+    /// How long the stages took, microseconds (latency only): detect, ground or plan, -.
+    pub stage_us: [u32; 2],
+    /// Plan cost, or zero.
+    pub cost: u64,
+    /// Facts that are neither confirmed nor refuted yet.
+    pub unsettled: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Message-specific text: a limit, a missing object, a reason.
+    pub detail: [u8; DETAIL_BYTES_MAX],
+}
+header!(TaskHeader, cycle);
+
+impl Default for TaskHeader {
+    fn default() -> Self {
+        Self {
+            schema: SCHEMA,
+            verdict: 0,
+            run_id: 0,
+            domain_hash: 0,
+            cycle: 0,
+            frame_sequence: 0,
+            capture_ns: 0,
+            frame_send_ns: 0,
+            send_ns: 0,
+            stage_us: [0; 2],
+            cost: 0,
+            unsettled: 0,
+            reserved: 0,
+            detail: [0; DETAIL_BYTES_MAX],
+        }
+    }
+}
+
+/// One object or one fact of a scene; `tag` says which fields count.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.SceneRecord.v1")]
+#[repr(C)]
+pub struct SceneRecord {
+    /// 0 = object, 1 = fact.
+    pub tag: u32,
+    /// Object: index of its type in the domain's sorted types. Fact: index of its predicate.
+    pub kind: u32,
+    /// Object: visibility. Fact: origin.
+    pub source: u32,
+    /// Object: 1 = box known, 2 = volume known, 3 = both. Fact: raw truth (0, 1, 2).
+    pub state: u32,
+    /// Fact: confirmed truth (0 false, 1 unknown, 2 true).
+    pub confirmed: u32,
+    /// Fact: number of arguments.
+    pub n_args: u32,
+    /// Fact: arguments as indices into the objects of this message.
+    pub args: [u32; ARGS_MAX],
+    /// Detector's score or the fact's confidence, 0..=1.
+    pub score: f32,
+    /// Zero.
+    pub reserved: u32,
+    /// Object: when it was last seen, run time in nanoseconds.
+    pub seen_ns: u64,
+    /// Object: x1, y1, x2, y2 in pixels.
+    pub pixel_box: [f64; 4],
+    /// Object: middle of its volume in the world frame, metres.
+    pub centre: [f64; 3],
+    /// Object: edge lengths of its volume, metres.
+    pub extent: [f64; 3],
+    /// Object: its name (up to [`NAME_BYTES_MAX`]).
+    pub name: NameText,
+}
+
+/// A zero-padded name; its own type so that records can derive `Default`.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("groundloop.NameText.v1")]
+#[repr(C)]
+pub struct NameText {
+    /// UTF-8, padded with zero bytes.
+    pub bytes: NameBytes,
+}
+
+impl Default for NameText {
+    fn default() -> Self {
+        Self { bytes: [0; NAME_BYTES_MAX] }
+    }
+}
+
+/// One step of a plan.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.StepRecord.v1")]
+#[repr(C)]
+pub struct StepRecord {
+    /// The action.
+    pub action: NameText,
+    /// Number of arguments.
+    pub n_args: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The arguments.
+    pub args: [NameText; ARGS_MAX],
+}
+
+/// How a dispatched step ended, in the executor's judgement.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.OutcomeRecord.v1")]
+#[repr(C)]
+pub struct OutcomeRecord {
+    /// The step.
+    pub step: StepRecord,
+    /// How often this very step has failed so far.
+    pub failures: u32,
+    /// 1 = it did what it was to do.
+    pub succeeded: u32,
+}
+
+/// What a robot knows of itself.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.RobotStateRecord.v1")]
+#[repr(C)]
+pub struct RobotStateRecord {
+    /// Tool centre point in the world frame, metres.
+    pub position: [f64; 3],
+    /// Rotation about the world's z axis, radians.
+    pub yaw_rad: f64,
+    /// Jaw opening, metres.
+    pub opening_m: f64,
+    /// 1 = something is in the gripper.
+    pub holding: u32,
+    /// Index of the waypoint being approached.
+    pub phase: u32,
+    /// The running command, 0 = idle.
+    pub command_id: u64,
+    /// The newest frame that has been answered, plus one; 0 = none.
+    pub answered: u64,
+}
+
+/// One point of a motion.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.WaypointRecord.v1")]
+#[repr(C)]
+pub struct WaypointRecord {
+    /// Tool centre point in the world frame, metres.
+    pub position: [f64; 3],
+    /// Rotation about the world's z axis, radians.
+    pub yaw_rad: f64,
+    /// Jaw opening wanted at the end of it, metres.
+    pub opening_m: f64,
+    /// Speed limit, metres per second.
+    pub speed_m_s: f64,
+    /// What the gripper must feel when it is done: 0 = anything, 1 = empty, 2 = holding.
+    pub expect: u32,
+    /// 1 = until this point is reached, the motion may be broken off by going straight up.
+    pub retractable: u32,
+}
+
+/// One command to a robot.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("groundloop.CommandRecord.v1")]
+#[repr(C)]
+pub struct CommandRecord {
+    /// 0 = continue, 1 = start a motion, 2 = break off and go up, 3 = hold still.
+    pub kind: u32,
+    /// Number of waypoints.
+    pub n_waypoints: u32,
+    /// Identity of the motion; grows.
+    pub command_id: u64,
+    /// The frame that this answers.
+    pub frame_sequence: u64,
+    /// The waypoints.
+    pub waypoints: [WaypointRecord; WAYPOINTS_MAX],
+    /// What it is for, in the task's words; opaque to the robot.
+    pub label: [u8; LABEL_BYTES_MAX],
+}
+
+impl Default for CommandRecord {
+    fn default() -> Self {
+        Self {
+            kind: 0,
+            n_waypoints: 0,
+            command_id: 0,
+            frame_sequence: 0,
+            waypoints: [WaypointRecord::default(); WAYPOINTS_MAX],
+            label: [0; LABEL_BYTES_MAX],
+        }
+    }
+}
+
+/// What a robot says of a command.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("groundloop.StatusRecord.v1")]
+#[repr(C)]
+pub struct StatusRecord {
+    /// The command.
+    pub command_id: u64,
+    /// 0 = accepted, 1 = done, 2 = failed, 3 = broken off as told.
+    pub kind: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Why, when it failed.
+    pub detail: [u8; DETAIL_BYTES_MAX],
+}
+
+impl Default for StatusRecord {
+    fn default() -> Self {
+        Self { command_id: 0, kind: 0, reserved: 0, detail: [0; DETAIL_BYTES_MAX] }
+    }
+}

@@ -1,0 +1,110 @@
+//! The bus: newest wins, nothing reliable is lost, late joiners get what a topic keeps, name
+//! spaces do not see one another.
+
+use groundloop::transport::topics::{GOAL, ROBOT_COMMAND, SCENE};
+use groundloop::transport::wire::{CommandRecord, DeviceHeader, SCHEMA, SceneRecord, TaskHeader};
+use groundloop::transport::{Bus, BusConfig, Drops, Inbox, Outbox};
+
+/// A bus of its own: own root, own prefix.
+struct TestBus {
+    bus: Bus,
+    root: tempfile::TempDir,
+}
+
+fn open(name: &str) -> TestBus {
+    let root = tempfile::tempdir().expect("a temporary directory");
+    let config = BusConfig {
+        root: Some(root.path().to_owned()),
+        prefix: format!("gltest_{name}_{}_", std::process::id()),
+        run: name.to_owned(),
+    };
+    TestBus { bus: Bus::open(&config).expect("the bus opens"), root }
+}
+
+fn task(cycle: u64) -> TaskHeader {
+    TaskHeader { cycle, ..TaskHeader::default() }
+}
+
+fn device(sequence: u64) -> DeviceHeader {
+    DeviceHeader { schema: SCHEMA, sequence, ..DeviceHeader::default() }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_newest_message_wins_and_the_others_are_counted() {
+    let test = open("newest");
+    let scenes: Outbox<TaskHeader, SceneRecord> = test.bus.outbox(&SCENE).unwrap();
+    let mut reader: Inbox<TaskHeader, SceneRecord> = test.bus.inbox(&SCENE).unwrap();
+    scenes.publish(task(0), &[]).unwrap();
+    assert_eq!(reader.newest().await.unwrap().header().cycle, 0);
+    for cycle in 1..=9 {
+        scenes.publish(task(cycle), &[SceneRecord::default(); 3]).unwrap();
+    }
+    let newest = reader.newest().await.unwrap();
+    assert_eq!(newest.header().cycle, 9);
+    assert_eq!(newest.records().len(), 3);
+    assert_eq!(reader.drops(), Drops { missed: 7, foreign: 0 });
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_reliable_topic_delivers_all_in_order() {
+    let test = open("reliable");
+    let commands: Outbox<DeviceHeader, CommandRecord> = test.bus.outbox(&ROBOT_COMMAND).unwrap();
+    let mut reader: Inbox<DeviceHeader, CommandRecord> = test.bus.inbox(&ROBOT_COMMAND).unwrap();
+    for sequence in 0..20 {
+        commands.publish(device(sequence), &[CommandRecord::default()]).unwrap();
+    }
+    for sequence in 0..20 {
+        assert_eq!(reader.next().await.unwrap().header().sequence, sequence);
+    }
+    assert_eq!(reader.drops(), Drops::default());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_late_joiner_gets_what_the_topic_keeps() {
+    let test = open("late");
+    let goal: Outbox<TaskHeader, u8> = test.bus.outbox(&GOAL).unwrap();
+    goal.publish(task(0), b"(:goal (p))").unwrap();
+    for _ in 0..3 {
+        let mut late: Inbox<TaskHeader, u8> = test.bus.inbox(&GOAL).unwrap();
+        assert_eq!(late.newest().await.unwrap().records(), b"(:goal (p))");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_message_of_another_schema_is_counted_and_skipped() {
+    let test = open("schema");
+    let scenes: Outbox<TaskHeader, SceneRecord> = test.bus.outbox(&SCENE).unwrap();
+    let mut reader: Inbox<TaskHeader, SceneRecord> = test.bus.inbox(&SCENE).unwrap();
+    scenes.publish(TaskHeader { schema: SCHEMA + 1, ..task(0) }, &[]).unwrap();
+    scenes.publish(task(1), &[]).unwrap();
+    assert_eq!(reader.newest().await.unwrap().header().cycle, 1);
+    assert_eq!(reader.drops().foreign, 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn runs_do_not_see_one_another() {
+    let test = open("spaces");
+    let config = |run: &str| BusConfig {
+        root: Some(test.root.path().to_owned()),
+        prefix: format!("gltest_spaces_{}_", std::process::id()),
+        run: run.to_owned(),
+    };
+    let (ours, theirs) = (Bus::open(&config("a")).unwrap(), Bus::open(&config("b")).unwrap());
+    let sender: Outbox<TaskHeader, SceneRecord> = theirs.outbox(&SCENE).unwrap();
+    let mut reader: Inbox<TaskHeader, SceneRecord> = ours.inbox(&SCENE).unwrap();
+    let own: Outbox<TaskHeader, SceneRecord> = ours.outbox(&SCENE).unwrap();
+    sender.publish(task(1), &[]).unwrap();
+    own.publish(task(2), &[]).unwrap();
+    assert_eq!(reader.newest().await.unwrap().header().cycle, 2);
+    assert_eq!(reader.drops(), Drops::default());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_long_message_grows_the_memory() {
+    let test = open("grow");
+    let goal: Outbox<TaskHeader, u8> = test.bus.outbox(&GOAL).unwrap();
+    let mut reader: Inbox<TaskHeader, u8> = test.bus.inbox(&GOAL).unwrap();
+    let long = vec![7_u8; 1 << 20];
+    goal.publish(task(0), &long).unwrap();
+    assert_eq!(reader.newest().await.unwrap().records(), &long[..]);
+}
