@@ -1,8 +1,12 @@
 //! From shapes to rapier's colliders.
 
-use nalgebra::Isometry3;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{Isometry3, Point3};
 use rapier3d::parry::query;
-use rapier3d::prelude::{ColliderBuilder, Pose, SharedShape, Vector};
+use rapier3d::prelude::{
+    ColliderBuilder, Group, InteractionGroups, InteractionTestMode, Pose, SharedShape, Vector,
+};
 
 use crate::config::WorldConfig;
 use crate::convert;
@@ -10,53 +14,108 @@ use crate::shape::Shape;
 
 /// Half the side of the square table top, in metres: larger than anything can roll.
 const TABLE_HALF_M: f32 = 2.0;
+/// Corners of the polygon that stands for a peg's girth.
+const PEG_CORNERS: usize = 16;
+/// Height of a peg's tapered tip and the share of the radius that is left at its top.
+const TIP_M: f64 = 0.012;
+const TIP_SHARE: f64 = 0.3;
 
-/// The collision shape of a body, in the body's frame.
+/// What a part meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// Blocks, boards and the table: meet everything but the rings of disks.
+    Solid,
+    /// The filled outline of a disk: meets everything but pegs.
+    Plate,
+    /// A disk with its hole: meets pegs only.
+    Ring,
+    /// A peg: meets solids and rings.
+    Peg,
+}
+
+impl Role {
+    fn groups(self) -> InteractionGroups {
+        let (solids, pegs, rings) = (Group::GROUP_1, Group::GROUP_2, Group::GROUP_3);
+        let (member, meets) = match self {
+            Self::Solid => (solids, solids | pegs),
+            Self::Plate => (solids, solids),
+            Self::Ring => (rings, pegs),
+            Self::Peg => (pegs, solids | rings),
+        };
+        InteractionGroups::new(member, meets, InteractionTestMode::And)
+    }
+}
+
+/// The collision parts of a body, in the body's frame.
 ///
-/// A peg is a prism with a tapered tip, which leads a disk that comes down off its axis. A disk is twelve convex wedges; a wedge whose hull cannot be built
-/// is left out, which checked sizes rule out.
-pub(crate) fn collision_shape(shape: &Shape) -> SharedShape {
+/// A disk has two: the cylinder that it stacks with, and a ring of twelve convex wedges that goes
+/// around pegs. Stacked on each other, the wedges of two turned disks would overlap in slivers that
+/// are thinner than deep, which pushes the disks sideways and tilts them. A peg is a prism with a tapered tip,
+/// which leads a disk that comes down off its axis. A hull that cannot be built is left out, which
+/// checked sizes rule out.
+fn parts(shape: &Shape) -> Vec<(Role, SharedShape)> {
     let half = shape.size_m() * 0.5;
     match shape {
         Shape::Block { .. } | Shape::Board { .. } => {
-            SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32)
+            let cuboid = SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32);
+            vec![(Role::Solid, cuboid)]
         }
-        Shape::Peg { .. } => SharedShape::convex_hull(&peg_corners(shape))
-            .unwrap_or_else(|| SharedShape::capsule_z(half.z as f32, half.x as f32)),
         Shape::Disk { .. } => {
-            let hull = |corners: [nalgebra::Point3<f64>; 8]| {
-                SharedShape::convex_hull(&corners.map(|corner| convert::point(&corner)))
-            };
-            let parts = shape.wedges().into_iter().filter_map(hull);
-            SharedShape::compound(parts.map(|part| (Pose::identity(), part)).collect())
+            let wedges = shape.wedges().into_iter().filter_map(|wedge| hull(&wedge));
+            let ring = SharedShape::compound(wedges.map(|part| (Pose::identity(), part)).collect());
+            let plate = SharedShape::cylinder(half.z as f32, half.x as f32);
+            vec![(Role::Plate, plate), (Role::Ring, ring)]
+        }
+        Shape::Peg { .. } => {
+            let shoulder = (half.z - TIP_M).max(0.0);
+            let girth = [(-half.z, half.x), (shoulder, half.x), (half.z, TIP_SHARE * half.x)];
+            hull(&rings(&girth)).map(|peg| (Role::Peg, peg)).into_iter().collect()
         }
     }
 }
 
-/// Corners of a peg's hull.
-fn peg_corners(shape: &Shape) -> Vec<Vector> {
-    let half = shape.size_m() * 0.5;
-    let tip = 0.012_f64.min(half.z);
-    let rings = [(-half.z, half.x), (half.z - tip, half.x), (half.z, 0.3 * half.x)];
-    let corner = |z: f64, radius: f64, k: usize| {
-        let angle = std::f64::consts::TAU * k as f64 / 16.0;
-        Vector::new((radius * angle.cos()) as f32, (radius * angle.sin()) as f32, z as f32)
-    };
-    rings.iter().flat_map(|&(z, radius)| (0..16).map(move |k| corner(z, radius, k))).collect()
+/// Body from part: rapier's cylinders stand along y.
+fn frame(role: Role) -> Pose {
+    match role {
+        Role::Plate => Pose::rotation(Vector::new(FRAC_PI_2 as f32, 0.0, 0.0)),
+        Role::Solid | Role::Ring | Role::Peg => Pose::identity(),
+    }
 }
 
-/// The collider of a body.
-pub(crate) fn collider(shape: &Shape, config: &WorldConfig) -> ColliderBuilder {
+fn hull(corners: &[Point3<f64>]) -> Option<SharedShape> {
+    let corners: Vec<Vector> = corners.iter().map(convert::point).collect();
+    SharedShape::convex_hull(&corners)
+}
+
+/// Regular polygons around z, each at a height with a radius.
+fn rings(heights_and_radii: &[(f64, f64)]) -> Vec<Point3<f64>> {
+    let corner = |z: f64, radius: f64, k: usize| {
+        let (sin, cos) = (TAU * k as f64 / PEG_CORNERS as f64).sin_cos();
+        Point3::new(radius * cos, radius * sin, z)
+    };
+    let ring = |&(z, radius): &(f64, f64)| (0..PEG_CORNERS).map(move |k| corner(z, radius, k));
+    heights_and_radii.iter().flat_map(ring).collect()
+}
+
+/// The colliders of a body.
+pub(crate) fn colliders(shape: &Shape, config: &WorldConfig) -> Vec<ColliderBuilder> {
     let friction = match shape {
         Shape::Block { .. } => config.block_friction,
         Shape::Disk { .. } => config.disk_friction,
         Shape::Peg { .. } => config.peg_friction,
         Shape::Board { .. } => config.table_friction,
     };
-    ColliderBuilder::new(collision_shape(shape))
-        .density(config.density_kg_m3 as f32)
-        .friction(friction as f32)
-        .restitution(0.0)
+    let collider = |(role, part): (Role, SharedShape)| {
+        // A disk's mass is its ring's: the plate fills the hole.
+        let density = if role == Role::Plate { 0.0 } else { config.density_kg_m3 };
+        ColliderBuilder::new(part)
+            .density(density as f32)
+            .friction(friction as f32)
+            .restitution(0.0)
+            .collision_groups(role.groups())
+            .position(frame(role))
+    };
+    parts(shape).into_iter().map(collider).collect()
 }
 
 /// The table: a slab with its top at z = 0.
@@ -65,6 +124,7 @@ pub(crate) fn table(config: &WorldConfig) -> ColliderBuilder {
         .translation(Vector::new(0.0, 0.0, -0.1))
         .friction(config.table_friction as f32)
         .restitution(0.0)
+        .collision_groups(Role::Solid.groups())
 }
 
 /// How deep two bodies are inside each other, in metres; 0 when they are apart.
@@ -72,10 +132,19 @@ pub(crate) fn overlap_m(
     first: (&Shape, &Isometry3<f64>),
     second: (&Shape, &Isometry3<f64>),
 ) -> f64 {
-    let (shape_1, pose_1) = (collision_shape(first.0), convert::pose(first.1));
-    let (shape_2, pose_2) = (collision_shape(second.0), convert::pose(second.1));
-    match query::contact(&pose_1, &*shape_1, &pose_2, &*shape_2, 0.0) {
-        Ok(Some(contact)) => f64::from(-contact.dist).max(0.0),
-        Ok(None) | Err(_) => 0.0,
+    let (pose_1, pose_2) = (convert::pose(first.1), convert::pose(second.1));
+    let mut deepest = 0.0_f64;
+    for (role_1, part_1) in parts(first.0) {
+        for (role_2, part_2) in parts(second.0) {
+            if !role_1.groups().test(role_2.groups()) {
+                continue;
+            }
+            let (at_1, at_2) = (pose_1 * frame(role_1), pose_2 * frame(role_2));
+            let contact = query::contact(&at_1, &*part_1, &at_2, &*part_2, 0.0);
+            if let Ok(Some(contact)) = contact {
+                deepest = deepest.max(f64::from(-contact.dist));
+            }
+        }
     }
+    deepest
 }

@@ -108,8 +108,10 @@ impl World {
         let mut insert = |(body, pose): (&BodySpec, &Isometry3<f64>)| {
             let fixed = body.shape.is_fixed();
             let rigid = if fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-            let collider = bodies::collider(&body.shape, config);
-            let (handle, _) = physics.insert(rigid.pose(convert::pose(pose)), collider);
+            let handle = physics.insert_body(rigid.pose(convert::pose(pose)));
+            for collider in bodies::colliders(&body.shape, config) {
+                physics.insert_collider(collider, Some(handle));
+            }
             Body { spec: body.clone(), handle }
         };
         let bodies = spec.bodies.iter().zip(&poses).map(&mut insert).collect();

@@ -1,27 +1,30 @@
 //! What people read while an episode runs.
 
 use crate::executive::Note;
-use crate::pddl::{Atom, Step};
+use crate::pddl::{Atom, Name, Step};
 
 /// Most steps of a plan that are shown on one line.
 const STEPS_SHOWN: usize = 6;
 
-/// Colours of the terminal, where there is one.
-#[derive(Debug, Clone, Copy)]
+/// How notes are shown.
+#[derive(Debug, Clone)]
 pub(super) struct Style {
+    /// Whether the terminal shows colours.
     pub(super) colour: bool,
+    /// Predicates that only order objects: too many facts, and they hardly change.
+    pub(super) orders: Vec<Name>,
 }
 
 impl Style {
-    fn paint(self, code: &str, text: &str) -> String {
+    fn paint(&self, code: &str, text: &str) -> String {
         if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
 
-    /// One note as one or more lines; `None` when it is not worth a line.
-    pub(super) fn lines(self, capture_ns: u64, cycle: u64, note: &Note) -> String {
+    /// One note as one line.
+    pub(super) fn line(&self, capture_ns: u64, cycle: u64, note: &Note) -> String {
         let seconds = capture_ns as f64 / 1e9;
         let (mark, text) = match note {
-            Note::State { facts, unknown } => (self.paint("2", "state  "), state(facts, unknown)),
+            Note::State { facts, unknown } => (self.paint("2", "state  "), self.state(facts, unknown)),
             Note::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
             Note::Started { step } => (self.paint("34", "skill  "), step.to_string()),
             Note::Done { step, seconds } => {
@@ -50,15 +53,16 @@ impl Style {
         let stamp = self.paint("2", &format!("{seconds:7.1} s  #{cycle:<5}"));
         format!("{stamp} {mark} {text}")
     }
-}
 
-/// The facts that hold, relations first.
-fn state(facts: &[Atom], unknown: &[Atom]) -> String {
-    let mut sorted: Vec<&Atom> = facts.iter().collect();
-    sorted.sort_by_key(|atom| std::cmp::Reverse(atom.args.len()));
-    let mut words: Vec<String> = sorted.into_iter().map(ToString::to_string).collect();
-    words.extend(unknown.iter().map(|atom| format!("{atom}?")));
-    words.join(" ")
+    /// The facts that hold, relations first, without those that only order objects.
+    fn state(&self, facts: &[Atom], unknown: &[Atom]) -> String {
+        let shown = |atom: &&Atom| !self.orders.contains(&atom.predicate);
+        let mut sorted: Vec<&Atom> = facts.iter().filter(shown).collect();
+        sorted.sort_by_key(|atom| std::cmp::Reverse(atom.args.len()));
+        let mut words: Vec<String> = sorted.into_iter().map(ToString::to_string).collect();
+        words.extend(unknown.iter().filter(shown).map(|atom| format!("{atom}?")));
+        words.join(" ")
+    }
 }
 
 fn plan(steps: &[Step], cost: u64) -> String {

@@ -100,9 +100,10 @@ fn options(
 ) -> EpisodeOptions {
     let quiet = args.episodes > 1;
     let json = args.json;
-    let style = Style { colour: out::is_terminal() && !json };
+    let orders = prepared.folder.perception.constraints.strict_order.clone();
+    let style = Style { colour: out::is_terminal() && !json, orders };
     let narrate = move |capture_ns: u64, cycle: u64, note: &Note| {
-        let text = style.lines(capture_ns, cycle, note);
+        let text = style.line(capture_ns, cycle, note);
         match (quiet, json) {
             (true, _) => {}
             (false, true) => out::note(&text),

@@ -171,7 +171,8 @@ impl BitMask {
         let mut old = vec![0; self.stride];
         for y in 0..self.height {
             old.copy_from_slice(self.row(y));
-            let moved = |i| if from_after { word_after(&old, i, n) } else { word_before(&old, i, n) };
+            let moved =
+                |i| if from_after { word_after(&old, i, n) } else { word_before(&old, i, n) };
             for (i, word) in self.row_mut(y).iter_mut().enumerate() {
                 *word = f(*word, moved(i));
             }

@@ -60,3 +60,60 @@ fn sort_keys(order: Order, detection: &Detection) -> [f64; 3] {
         Order::TopToBottom => [y, x, 0.0],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PixelBox;
+
+    #[track_caller]
+    fn check(perception: &str, detections: &[(&str, &str, [f64; 4])], expect: &[&str]) {
+        let perception = Perception::parse("perception.toml", perception).unwrap();
+        let detection = |(type_name, label, edges): &(&str, &str, [f64; 4])| Detection {
+            type_name: (*type_name).into(),
+            label: (*label).into(),
+            pixel_box: PixelBox::from(*edges),
+            score: 1.0,
+            mask: Vec::new(),
+        };
+        let detections: Vec<_> = detections.iter().map(detection).collect();
+        assert_eq!(name_detections(&perception, &detections), expect);
+    }
+
+    const BLOCKS: &str = include_str!("../../domains/blocksworld/perception.toml");
+    const HANOI: &str = include_str!("../../domains/hanoi/perception.toml");
+
+    #[test]
+    fn blocks_of_one_colour_are_numbered_from_the_left() {
+        let right = ("block", "red", [50.0, 0.0, 60.0, 10.0]);
+        let left = ("block", "red", [10.0, 0.0, 20.0, 10.0]);
+        let other = ("block", "blue", [30.0, 0.0, 40.0, 10.0]);
+        check(BLOCKS, &[right, left, other], &["red_block2", "red_block", "blue_block"]);
+    }
+
+    #[test]
+    fn disks_of_one_colour_are_numbered_from_the_smallest() {
+        let large = ("disk", "pink", [0.0, 0.0, 60.0, 10.0]);
+        let small = ("disk", "pink", [10.0, 20.0, 30.0, 30.0]);
+        check(HANOI, &[large, small], &["pink_disk2", "pink_disk"]);
+    }
+
+    #[test]
+    fn listed_names_are_given_only_to_the_right_number() {
+        let peg = |x: f64| ("peg", "wood", [x, 0.0, x + 5.0, 50.0]);
+        let three = [peg(80.0), peg(10.0), peg(40.0)];
+        check(HANOI, &three, &["right_peg", "left_peg", "middle_peg"]);
+        check(HANOI, &three[..2], &["peg2", "peg"]);
+    }
+
+    #[test]
+    fn the_longest_colour_in_a_name_counts() {
+        let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
+        let mut spec = perception.types[0].clone();
+        spec.colours.push("dark_red".into());
+        let label = |name: &str| label_of(&spec, &name.into()).map(Name::as_str);
+        assert_eq!(label("dark_red_block2"), Some("dark_red"));
+        assert_eq!(label("red_block2"), Some("red"));
+        assert_eq!(label("infrared_block"), None);
+    }
+}

@@ -5,12 +5,14 @@ use super::verdict::{Limit, Verdict};
 use super::{Answer, Cycle, Executive, Note, Phase, ReplanCause, join};
 use crate::messages::{CommandKind, PlanVerdict};
 use crate::pddl::{Name, Step};
+use crate::scene::Visibility;
 
 impl Executive {
     /// Hears the robot, judges what has ended, explains what has changed, follows the plan.
     pub(super) fn decide(&mut self, cycle: &mut Cycle<'_>) -> Answer {
         self.hear(cycle);
         self.judge(cycle);
+        self.let_go(cycle);
         self.explain(cycle);
         if let Some(verdict) = self.spent(cycle) {
             return Answer::End(verdict);
@@ -52,7 +54,9 @@ impl Executive {
 
     /// Compares what is seen with what was expected, and tells the difference.
     fn explain(&mut self, cycle: &mut Cycle<'_>) {
-        if !cycle.is_settled() || matches!(self.phase, Phase::Settling(_)) {
+        let objects = &cycle.input.scene.objects;
+        let nothing_seen = objects.iter().all(|o| o.visibility == Visibility::Implied);
+        if nothing_seen || !cycle.is_settled() || matches!(self.phase, Phase::Settling(_)) {
             return;
         }
         let known = self.expected.is_some();
@@ -171,12 +175,21 @@ impl Executive {
     /// Waits for objects that the goal names.
     fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
         self.unseen_frames += 1;
-        let detail = format!("never seen: {}", join(objects));
+        let detail = if objects.is_empty() {
+            "what is seen does not allow the goal to be understood".to_owned()
+        } else {
+            format!("never seen: {}", join(objects))
+        };
         if self.unseen_frames > cycle.config.limits.unseen_frames_max {
             return Answer::End(Verdict::GaveUp { limit: Limit::UnseenFrames, detail });
         }
         if self.unseen_frames == 1 {
-            cycle.note(Note::Look { reason: format!("the goal names {}", join(objects)) });
+            let reason = if objects.is_empty() {
+                "the goal cannot be understood before more is seen".to_owned()
+            } else {
+                format!("the goal names {}, which nobody has seen yet", join(objects))
+            };
+            cycle.note(Note::Look { reason });
         }
         Answer::Command(CommandKind::Continue)
     }

@@ -63,6 +63,10 @@ impl Executive {
                 frames: 0,
             });
         }
+    }
+
+    /// Forgets what was held once the gripper of an idle robot is empty.
+    pub(super) fn let_go(&mut self, cycle: &Cycle<'_>) {
         let holding = cycle.input.robot.is_some_and(|robot| robot.holding);
         if matches!(self.phase, Phase::Idle) && !holding {
             self.held = None;

@@ -192,3 +192,58 @@ impl<'de> Visitor<'de> for BoxList {
         Ok(boxes)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pddl::parse_domain;
+
+    const STATE: &str = "(define (problem p) (:domain d) (:objects a b - block r - robot)
+        (:init (on a b)) (:goal (on b a)))";
+
+    fn parse(boxes: &str) -> Result<Exemplar, ExemplarError> {
+        let domain = "(define (domain d) (:requirements :typing) (:types block robot)
+            (:predicates (on ?x - block ?y - block)))";
+        let domain = parse_domain(&SourceText::new("d.pddl", domain)).unwrap().value;
+        let boxes = SourceText::new("boxes.json", boxes);
+        let state = SourceText::new("state.pddl", STATE);
+        Exemplar::parse(&ExemplarText { boxes, state, image_size: [64, 48] }, &domain)
+    }
+
+    #[track_caller]
+    fn check(boxes: &str, expect: &str) {
+        let message = parse(boxes).unwrap_err().to_string();
+        assert!(message.contains(expect), "{message}");
+    }
+
+    #[test]
+    fn boxes_get_the_types_of_the_state() {
+        let exemplar = parse(r#"{"a": [1, 2, 3.5, 4], "b": [1, 4, 4, 48]}"#).unwrap();
+        assert_eq!(exemplar.objects[0].type_name, "block");
+        assert_eq!(exemplar.objects[0].pixel_box, PixelBox::from([1.0, 2.0, 3.5, 4.0]));
+        assert!(exemplar.init.contains(&Atom::new("on", &["a", "b"])));
+    }
+
+    #[test]
+    fn bad_boxes_name_the_file_and_the_object() {
+        check(r#"{"a": [3, 2, 3, 4]}"#, "boxes.json: a: expected finite x1 < x2");
+        check(r#"{"a": [3, 2, 1, 1]}"#, "boxes.json: a: expected finite x1 < x2");
+        check(r#"{"a": [1, 2, 65, 4]}"#, "boxes.json: a: expected a box inside 64 x 48, got");
+        check(r#"{"a": [-1, 2, 6, 4]}"#, "a: expected a box inside");
+        check(r#"{"A": [1, 2, 3, 4], "a": [1, 2, 3, 4]}"#, "a: expected one box per object");
+        check(r#"{"c": [1, 2, 3, 4]}"#, "c: expected an object that the state declares");
+        check(r#"{"a": [1, 2, 3]}"#, "boxes.json: expected {\"name\": [x1, y1, x2, y2], …}");
+        check(r#"{"a": [1, 2, 3, null]}"#, "line 1");
+        check(r#"{"a": [1, 2, 3, 4]} x"#, "trailing");
+        check("[]", "an object whose values are lists");
+    }
+
+    #[test]
+    fn pooled_examples_share_one_image_size() {
+        assert_eq!(Exemplars::new(Vec::new()), Err(ExemplarError::Empty));
+        let first = parse(r#"{"a": [1, 2, 3, 4]}"#).unwrap();
+        let second = Exemplar { image_size: [32, 24], ..first.clone() };
+        let error = Exemplars::new(vec![first, second]).unwrap_err();
+        assert!(matches!(error, ExemplarError::Size { got: [32, 24], .. }), "{error}");
+    }
+}

@@ -175,3 +175,104 @@ fn nearest<'a>(examples: &'a [Example], vector: &[f64]) -> Option<(f64, &'a Evid
     let distances = examples.iter().map(|e| (distance(&e.vector, vector), &e.evidence));
     distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::grounding::Exemplar;
+    use crate::pddl::{SourceText, Typed, parse_domain};
+
+    fn domain() -> Domain {
+        let text = include_str!("../../domains/blocksworld/domain.pddl");
+        parse_domain(&SourceText::new("domain.pddl", text)).unwrap().value
+    }
+
+    fn on() -> Vec<ObservedSpec> {
+        vec![ObservedSpec { predicate: "on".into(), feature: None, candidates: None }]
+    }
+
+    fn boxes(list: &[(&str, [f64; 4])]) -> Vec<ObjectBox> {
+        let object = |(name, edges): &(&str, [f64; 4])| ObjectBox {
+            name: (*name).into(),
+            type_name: "block".into(),
+            pixel_box: PixelBox::from(*edges),
+        };
+        list.iter().map(object).collect()
+    }
+
+    fn exemplars(list: &[(&str, [f64; 4])], on: &[(&str, &str)]) -> Exemplars {
+        let objects: Vec<Typed> = list.iter().map(|(n, _)| Typed::new(*n, "block")).collect();
+        let init: BTreeSet<Atom> = on.iter().map(|(a, b)| Atom::new("on", &[a, b])).collect();
+        let boxes: Vec<_> = list.iter().map(|(n, e)| ((*n).into(), PixelBox::from(*e))).collect();
+        let exemplar = Exemplar::new("boxes.json", [100, 100], &boxes, (&objects, init)).unwrap();
+        Exemplars::new(vec![exemplar]).unwrap()
+    }
+
+    /// `a` stands on `b`, `c` beside them.
+    fn tower() -> Exemplars {
+        let list = [
+            ("a", [10.0, 40.0, 20.0, 50.0]),
+            ("b", [10.0, 50.0, 20.0, 60.0]),
+            ("c", [40.0, 50.0, 50.0, 60.0]),
+        ];
+        exemplars(&list, &[("a", "b")])
+    }
+
+    #[test]
+    fn a_tuple_is_judged_as_its_nearest_example() {
+        let s2s = S2s::new(&domain(), &on(), &tower()).unwrap();
+        let scene = boxes(&[("x", [70.0, 20.0, 80.0, 30.0]), ("y", [71.0, 30.0, 81.0, 40.0])]);
+        let judged = s2s.ground(&scene);
+        assert_eq!(judged.len(), 2);
+        assert_eq!(judged[0].atom, Atom::new("on", &["x", "y"]));
+        assert!(judged[0].truth && judged[0].confidence() > 0.5);
+        assert_eq!(judged[0].nearest_pos.atom, Atom::new("on", &["a", "b"]));
+        assert!(!judged[1].truth && judged[1].confidence() < 0.0);
+    }
+
+    #[test]
+    fn without_a_positive_or_a_negative_example_nothing_is_said() {
+        let apart = [("a", [10.0, 40.0, 20.0, 50.0]), ("b", [40.0, 50.0, 50.0, 60.0])];
+        for on_pairs in [&[][..], &[("a", "b"), ("b", "a")][..]] {
+            let s2s = S2s::new(&domain(), &on(), &exemplars(&apart, on_pairs)).unwrap();
+            assert_eq!(s2s.judged_predicates().count(), 0);
+            assert_eq!(s2s.ground(&boxes(&apart)), Vec::new());
+        }
+    }
+
+    /// One box twice: the pair and its reverse have the same feature, one holds and one does not.
+    #[test]
+    fn a_tie_does_not_hold() {
+        let same = [("a", [10.0, 40.0, 20.0, 50.0]), ("b", [10.0, 40.0, 20.0, 50.0])];
+        let s2s = S2s::new(&domain(), &on(), &exemplars(&same, &[("a", "b")])).unwrap();
+        let judged = s2s.ground(&boxes(&same));
+        assert!(judged.iter().all(|j| !j.truth && j.confidence() == 0.0), "{judged:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn the_order_of_objects_does_not_matter(
+            corners in proptest::collection::vec((0.0..80.0_f64, 0.0..80.0_f64), 2..7),
+            seed in any::<u64>(),
+        ) {
+            let s2s = S2s::new(&domain(), &on(), &tower()).unwrap();
+            let objects: Vec<ObjectBox> = corners
+                .iter()
+                .enumerate()
+                .map(|(i, (x, y))| ObjectBox {
+                    name: Name::new(format!("o{i}")),
+                    type_name: "block".into(),
+                    pixel_box: PixelBox::from([*x, *y, x + 10.0, y + 10.0]),
+                })
+                .collect();
+            let mut shuffled = objects.clone();
+            shuffled.rotate_left((seed % objects.len() as u64) as usize);
+            shuffled.swap(0, (seed / 7 % objects.len() as u64) as usize);
+            prop_assert_eq!(s2s.ground(&objects), s2s.ground(&shuffled));
+        }
+    }
+}

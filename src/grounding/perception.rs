@@ -418,3 +418,63 @@ fn known_types(domain: &Domain) -> BTreeSet<Name> {
     let used = of_predicates.chain(domain.actions.iter().flat_map(|a| &a.params));
     declared.chain(used.flat_map(|t| &t.types)).cloned().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pddl::{SourceText, parse_domain};
+
+    const BLOCKS: &str = include_str!("../../domains/blocksworld/perception.toml");
+
+    fn domain(text: &str) -> Domain {
+        parse_domain(&SourceText::new("domain.pddl", text)).unwrap().value
+    }
+
+    fn blocks() -> Domain {
+        domain(include_str!("../../domains/blocksworld/domain.pddl"))
+    }
+
+    /// The error of the blocksworld file with one text replaced by another.
+    #[track_caller]
+    fn check(from: &str, to: &str, expect: &str) {
+        assert!(BLOCKS.contains(from), "{from}");
+        let text = BLOCKS.replacen(from, to, 1);
+        let result = Perception::parse("p.toml", &text).and_then(|p| p.check(&blocks()));
+        let message = result.unwrap_err().to_string();
+        assert!(message.contains(expect), "{message}");
+    }
+
+    #[test]
+    fn shipped_files_fit_their_domains() {
+        Perception::parse("p.toml", BLOCKS).unwrap().check(&blocks()).unwrap();
+        let hanoi = domain(include_str!("../../domains/hanoi/domain.pddl"));
+        let text = include_str!("../../domains/hanoi/perception.toml");
+        Perception::parse("p.toml", text).unwrap().check(&hanoi).unwrap();
+    }
+
+    #[test]
+    fn a_misspelt_key_is_refused_with_its_line() {
+        check("fill_min", "fil_min", "unknown field `fil_min`");
+        check("fill_min", "fil_min", "line ");
+    }
+
+    #[test]
+    fn values_out_of_range_name_their_key() {
+        check("#e50000", "#e5000", "expected a colour such as \"#e50000\", got \"#e5000\"");
+        check("aspect = [0.45, 2.0]", "aspect = [2.0, 0.45]", "type.block.aspect: expected [least");
+        check("\"red\",", "\"mauve\",", "type.block.colours: expected colours that [colours]");
+    }
+
+    #[test]
+    fn what_the_domain_does_not_have_is_refused() {
+        check("predicate = \"on\"", "predicate = \"under\"", "got under");
+        check("predicate = \"on\"", "predicate = \"on\"\nfeature = \"unary6\"", "feature of 2");
+        check(
+            "type = \"robot\"",
+            "type = \"droid\"",
+            "implied.arm.type: expected a type, got droid",
+        );
+        check("args = [\"arm\"]", "args = [\"leg\"]", "expected an implied object");
+        check("functional = [\"on\"]", "functional = [\"clear\"]", "predicates of two objects");
+    }
+}

@@ -29,20 +29,19 @@ pub fn derive(axioms: &[Axiom], universe: &Universe<'_>, base: &Facts) -> Facts 
 
 /// Applies each rule once to the facts as they are; returns whether anything rose.
 fn pass(rules: &[Rule], universe: &Universe<'_>, facts: &mut Facts) -> bool {
-    let mut risen: [BTreeSet<Atom>; 2] = Default::default();
+    let (mut unknown, mut known) = (Vec::new(), Vec::new());
     for rule in rules {
-        let [unknown, known] = Join::new(rule, universe, facts).run();
-        risen[0].extend(unknown);
-        risen[1].extend(known);
+        let mut join = Join::new(rule, universe, facts);
+        join.start();
+        unknown.append(&mut join.unknown);
+        known.append(&mut join.known);
     }
-    let [mut unknown, mut known] = risen;
-    unknown.retain(|atom| !known.contains(atom));
     let any = !(unknown.is_empty() && known.is_empty());
-    facts.unknown.append(&mut unknown);
-    if !facts.unknown.is_empty() {
-        facts.unknown.retain(|atom| !known.contains(atom));
-    }
-    facts.known.append(&mut known);
+    // Sets are made and joined as wholes: rules may give very many atoms, mostly in order.
+    facts.unknown.append(&mut BTreeSet::from_iter(unknown));
+    facts.known.append(&mut BTreeSet::from_iter(known));
+    let Facts { known, unknown } = facts;
+    unknown.retain(|atom| !known.contains(atom));
     any
 }
 
@@ -144,22 +143,24 @@ struct Join<'a> {
     /// The objects each variable ranges over.
     ranges: Vec<BTreeSet<&'a Name>>,
     binding: Vec<Option<&'a Name>>,
-    /// Heads that have risen above their value in the facts: to unknown, to true.
-    risen: [Vec<Atom>; 2],
+    /// Heads that have risen to unknown.
+    unknown: Vec<Atom>,
+    /// Heads that have risen to true.
+    known: Vec<Atom>,
 }
 
 impl<'a> Join<'a> {
     fn new(rule: &'a Rule, universe: &'a Universe<'a>, facts: &'a Facts) -> Self {
         let ranges = rule.variables.iter().map(|v| universe.of(&v.types).collect()).collect();
         let binding = vec![None; rule.variables.len()];
-        Self { rule, universe, facts, ranges, binding, risen: Default::default() }
+        let (unknown, known) = (Vec::new(), Vec::new());
+        Self { rule, universe, facts, ranges, binding, unknown, known }
     }
 
-    fn run(mut self) -> [Vec<Atom>; 2] {
+    fn start(&mut self) {
         let atoms: Vec<usize> = (0..self.rule.atoms.len()).collect();
         let rest: Vec<usize> = (0..self.rule.rest.len()).collect();
         self.extend(&atoms, &rest, Truth::True);
-        self.risen
     }
 
     /// Extends a partial binding under which the conjuncts handled so far have the value `truth`.
@@ -257,7 +258,8 @@ impl<'a> Join<'a> {
         let args = args.flatten().map(|&object| object.clone()).collect();
         let atom = Atom { predicate: self.rule.head.clone(), args };
         if truth > self.facts.truth(&atom) {
-            self.risen[usize::from(truth.is_true())].push(atom);
+            let risen = if truth.is_true() { &mut self.known } else { &mut self.unknown };
+            risen.push(atom);
         }
     }
 }

@@ -10,11 +10,13 @@ mod parse;
 mod print;
 mod semantics;
 mod derive;
+mod demand;
 
 pub use ast::{
     Action, Atom, Axiom, Condition, CostTerm, Domain, Effect, Literal, Problem, Signature, Step,
     Term, Typed, Types,
 };
+pub use demand::Demand;
 pub use derive::derive;
 pub use error::{ErrorKind, Parsed, PddlError, Place, SourceText, Span, Warning};
 pub use name::Name;

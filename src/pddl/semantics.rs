@@ -55,15 +55,51 @@ pub fn evaluate(
         Condition::Not(inner) => of(inner).negate(),
         Condition::And(parts) => least(parts.iter().map(of)),
         Condition::Or(parts) => greatest(parts.iter().map(of)),
-        Condition::Exists(variables, inner) => greatest(
-            assignments(variables, bindings, universe)
-                .map(|b| evaluate(inner, &b, universe, truth)),
-        ),
-        Condition::Forall(variables, inner) => least(
-            assignments(variables, bindings, universe)
-                .map(|b| evaluate(inner, &b, universe, truth)),
-        ),
+        Condition::Exists(variables, inner) => {
+            quantified(variables, inner, bindings, universe, truth, Truth::True)
+        }
+        Condition::Forall(variables, inner) => {
+            quantified(variables, inner, bindings, universe, truth, Truth::False)
+        }
     }
+}
+
+/// The value of a quantifier that is decided by one `decisive` instance.
+fn quantified(
+    variables: &[Typed],
+    inner: &Condition,
+    bindings: &Bindings,
+    universe: &Universe<'_>,
+    truth: &dyn Fn(&Atom) -> Truth,
+    decisive: Truth,
+) -> Truth {
+    let Some((first, others)) = variables.split_first() else {
+        return evaluate(inner, bindings, universe, truth);
+    };
+    // Without objects to bind, an instance does not exist, whatever the other variables are.
+    if others.iter().any(|v| universe.of(&v.types).next().is_none()) {
+        return decisive.negate();
+    }
+    let mut bindings = bindings.clone();
+    for hidden in others {
+        bindings.remove(&hidden.name);
+    }
+    let mut result = decisive.negate();
+    for object in universe.of(&first.types) {
+        bindings.insert(first.name.clone(), object.clone());
+        // Atoms of variables yet to be bound are unknown, so what is decided now stays so.
+        let mut value = evaluate(inner, &bindings, universe, truth);
+        if value == Truth::Unknown && !others.is_empty() {
+            value = quantified(others, inner, &bindings, universe, truth, decisive);
+        }
+        if value == decisive {
+            return decisive;
+        }
+        if value == Truth::Unknown {
+            result = Truth::Unknown;
+        }
+    }
+    result
 }
 
 /// Conjunction; looks no further than the first false value.

@@ -1,7 +1,7 @@
 //! Planning: from a state and a goal to a plan, or to the reason why there is none.
 //!
 //! A pipeline: [`Task`] grounds a domain over the present objects (schema → instantiate → ground →
-//! prune → pack), a search looks for a plan in packed states, [`validate`] checks the plan by
+//! prune → pack), a search looks for a plan in packed states, [`validate()`] checks the plan by
 //! direct interpretation, without any of that. Everything is counted and nothing is timed: the
 //! same input gives the same answer on every machine.
 
@@ -98,7 +98,7 @@ pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Answ
 }
 
 impl Task {
-    /// Plans from `init` within the task; see [`plan`].
+    /// Plans from `init` within the task; see [`plan()`].
     pub fn solve(
         &self,
         init: &BTreeSet<Atom>,

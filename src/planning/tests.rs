@@ -90,7 +90,7 @@ fn agrees_with_brute_force(domain: &Domain, problem: &Problem) {
                 let cost = plan.cost as f64;
                 assert_eq!(validate(domain, &request, &plan.steps), Validation::Valid { cost });
                 for step_idx in 0..plan.steps.len() {
-                    rejects_mutations(domain, problem, &plan.steps, step_idx);
+                    rejects_mutations(domain, problem, &plan, step_idx);
                 }
             }
             (outcome, _) => panic!("{outcome:?}, brute force: {shortest:?}"),
@@ -98,17 +98,24 @@ fn agrees_with_brute_force(domain: &Domain, problem: &Problem) {
     }
 }
 
-/// A plan must not pass with a step missing if brute force finds nothing shorter.
-fn rejects_mutations(domain: &Domain, problem: &Problem, steps: &[Step], idx: usize) {
+/// A plan must not pass with a step renamed, with one argument too many or a stranger in it, nor,
+/// if it is a shortest one, with a step missing.
+fn rejects_mutations(domain: &Domain, problem: &Problem, plan: &Plan, idx: usize) {
     let request = PlanRequest::new(problem);
-    let mut renamed = steps.to_vec();
+    let steps = &plan.steps;
+    if plan.proven_optimal {
+        let mut shorter = steps.clone();
+        shorter.remove(idx);
+        assert!(!validate(domain, &request, &shorter).is_valid());
+    }
+    let mut renamed = steps.clone();
     renamed[idx].action = "fly".into();
     let verdict = validate(domain, &request, &renamed);
     assert!(matches!(verdict, Validation::Invalid { step_idx: Some(at), .. } if at == idx));
-    let mut widened = steps.to_vec();
+    let mut widened = steps.clone();
     widened[idx].args.push("a".into());
     assert!(!validate(domain, &request, &widened).is_valid());
-    let mut stranger = steps.to_vec();
+    let mut stranger = steps.clone();
     if let Some(arg) = stranger[idx].args.first_mut() {
         *arg = "nobody".into();
         assert!(!validate(domain, &request, &stranger).is_valid());

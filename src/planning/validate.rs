@@ -2,7 +2,7 @@
 
 use super::PlanRequest;
 use crate::pddl::{
-    Atom, Bindings, Changes, Domain, Step, Typed, Universe, bind, derive, effects, unsatisfied,
+    Atom, Bindings, Changes, Demand, Domain, Step, Typed, Universe, bind, effects, unsatisfied,
 };
 use crate::scene::Facts;
 
@@ -36,21 +36,22 @@ impl Validation {
 pub fn validate(domain: &Domain, request: &PlanRequest<'_>, steps: &[Step]) -> Validation {
     let objects = all_objects(domain, request.objects);
     let universe = Universe { types: &domain.types, objects: &objects };
-    let mut state = derive(&domain.axioms, &universe, &Facts::new(request.init.clone()));
+    let mut state = Facts::new(request.init.clone());
     let mut cost = 0.0;
     for (idx, step) in steps.iter().enumerate() {
         match execute(domain, &universe, &state, step) {
             Ok(changes) => match step_cost(&changes, request) {
                 Ok(step_cost) => {
                     cost += step_cost;
-                    state = derive(&domain.axioms, &universe, &changes.apply(&state));
+                    state = changes.apply(&state);
                 }
                 Err(reason) => return invalid(idx, step, &reason),
             },
             Err(reason) => return invalid(idx, step, &reason),
         }
     }
-    let truth = |atom: &Atom| state.truth(atom);
+    let derived = Demand::new(&domain.axioms, universe, &state);
+    let truth = |atom: &Atom| derived.truth(atom);
     let reasons = unsatisfied(request.goal, &Bindings::new(), &universe, &truth);
     if reasons.is_empty() {
         return Validation::Valid { cost };
@@ -90,7 +91,8 @@ fn execute(
             return Err(format!("`{arg}` is no object that may stand for `?{}`", param.name));
         }
     }
-    let truth = |atom: &Atom| state.truth(atom);
+    let derived = Demand::new(&domain.axioms, *universe, state);
+    let truth = |atom: &Atom| derived.truth(atom);
     let reasons = unsatisfied(&action.precondition, &bindings, universe, &truth);
     if reasons.is_empty() {
         Ok(effects(action, &bindings, universe, &truth))

@@ -28,6 +28,24 @@ pub(crate) fn n_blocks(n: usize, stack_height_max: usize) -> SceneSpec {
     spec
 }
 
+/// `n` disks from 52 mm radius down and three pegs, in random towers.
+pub(crate) fn n_disks(n: usize) -> SceneSpec {
+    let mut spec = hanoi();
+    spec.bodies.retain(|body| body.shape.kind() != "disk");
+    spec.bodies.extend((0..n).map(|k| BodySpec {
+        name: format!("disk_{k}"),
+        shape: Shape::Disk {
+            outer_radius_m: 0.052 - 0.007 * k as f64,
+            hole_radius_m: 0.012,
+            thickness_m: 0.018,
+        },
+        colour: Colour([200, 40, 40 * k as u8]),
+        at_m: None,
+    }));
+    spec.arrangement = Arrangement::RandomTowers {};
+    spec
+}
+
 /// `n` blocks in one stack at the origin.
 pub(crate) fn stack_of(n: usize) -> SceneSpec {
     let bodies: Vec<BodySpec> = (0..n).map(block).collect();
