@@ -23,11 +23,13 @@ const TIP_SHARE: f64 = 0.3;
 /// What a part meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// Blocks, boards and the table: meet everything but the rings of disks.
+    /// The table and boards: meet solids and rings.
+    Ground,
+    /// Blocks: meet everything but rings.
     Solid,
-    /// The filled outline of a disk: meets everything but pegs.
+    /// The filled outline of a disk: meets solids and plates.
     Plate,
-    /// A disk with its hole: meets pegs only.
+    /// A disk with its hole: meets the ground and pegs.
     Ring,
     /// A peg: meets solids and rings.
     Peg,
@@ -35,11 +37,13 @@ enum Role {
 
 impl Role {
     fn groups(self) -> InteractionGroups {
-        let (solids, pegs, rings) = (Group::GROUP_1, Group::GROUP_2, Group::GROUP_3);
+        let (ground, solids, plates) = (Group::GROUP_1, Group::GROUP_2, Group::GROUP_3);
+        let (rings, pegs) = (Group::GROUP_4, Group::GROUP_5);
         let (member, meets) = match self {
-            Self::Solid => (solids, solids | pegs),
-            Self::Plate => (solids, solids),
-            Self::Ring => (rings, pegs),
+            Self::Ground => (ground, solids | rings),
+            Self::Solid => (solids, ground | solids | plates | pegs),
+            Self::Plate => (plates, solids | plates),
+            Self::Ring => (rings, ground | pegs),
             Self::Peg => (pegs, solids | rings),
         };
         InteractionGroups::new(member, meets, InteractionTestMode::And)
@@ -48,17 +52,19 @@ impl Role {
 
 /// The collision parts of a body, in the body's frame.
 ///
-/// A disk has two: the cylinder that it stacks with, and a ring of twelve convex wedges that goes
-/// around pegs. Stacked on each other, the wedges of two turned disks would overlap in slivers that
-/// are thinner than deep, which pushes the disks sideways and tilts them. A peg is a prism with a tapered tip,
-/// which leads a disk that comes down off its axis. A hull that cannot be built is left out, which
-/// checked sizes rule out.
+/// A disk has two: the cylinder that it stacks with, and a ring of twelve convex wedges that lies
+/// on the table and goes around pegs. Stacked on each other, the wedges of two turned disks would
+/// overlap in slivers that are thinner than deep, which pushes the disks sideways and tilts them;
+/// and a disk that falls on a round rim would roll off the table. A peg is a prism with a tapered
+/// tip, which leads a disk that comes down off its axis. A hull that cannot be built is left out,
+/// which checked sizes rule out.
 fn parts(shape: &Shape) -> Vec<(Role, SharedShape)> {
     let half = shape.size_m() * 0.5;
     match shape {
         Shape::Block { .. } | Shape::Board { .. } => {
             let cuboid = SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32);
-            vec![(Role::Solid, cuboid)]
+            let role = if shape.is_fixed() { Role::Ground } else { Role::Solid };
+            vec![(role, cuboid)]
         }
         Shape::Disk { .. } => {
             let wedges = shape.wedges().into_iter().filter_map(|wedge| hull(&wedge));
@@ -78,7 +84,7 @@ fn parts(shape: &Shape) -> Vec<(Role, SharedShape)> {
 fn frame(role: Role) -> Pose {
     match role {
         Role::Plate => Pose::rotation(Vector::new(FRAC_PI_2 as f32, 0.0, 0.0)),
-        Role::Solid | Role::Ring | Role::Peg => Pose::identity(),
+        Role::Ground | Role::Solid | Role::Ring | Role::Peg => Pose::identity(),
     }
 }
 
@@ -124,7 +130,7 @@ pub(crate) fn table(config: &WorldConfig) -> ColliderBuilder {
         .translation(Vector::new(0.0, 0.0, -0.1))
         .friction(config.table_friction as f32)
         .restitution(0.0)
-        .collision_groups(Role::Solid.groups())
+        .collision_groups(Role::Ground.groups())
 }
 
 /// How deep two bodies are inside each other, in metres; 0 when they are apart.

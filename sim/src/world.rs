@@ -36,6 +36,8 @@ const GRIP_FREQUENCY_HZ: f32 = 35.0;
 const SLIP_M: f64 = 0.012;
 /// Opening by more than this beyond a held object's width lets it go, in metres.
 const RELEASE_M: f64 = 0.002;
+/// Loss of turning speed, for the rolling resistance that rigid contacts lack.
+const ANGULAR_DAMPING_PER_S: f32 = 1.5;
 /// Deepest overlap a starting arrangement may have, in metres.
 const OVERLAP_MAX_M: f64 = 0.0003;
 const SETTLE_SECONDS_MAX: u64 = 4;
@@ -107,7 +109,8 @@ impl World {
         let gripper_handle = physics.insert_body(kinematic.pose(convert::pose(&gripper.pose())));
         let mut insert = |(body, pose): (&BodySpec, &Isometry3<f64>)| {
             let fixed = body.shape.is_fixed();
-            let rigid = if fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+            let dynamic = RigidBodyBuilder::dynamic().angular_damping(ANGULAR_DAMPING_PER_S);
+            let rigid = if fixed { RigidBodyBuilder::fixed() } else { dynamic };
             let handle = physics.insert_body(rigid.pose(convert::pose(pose)));
             for collider in bodies::colliders(&body.shape, config) {
                 physics.insert_collider(collider, Some(handle));

@@ -73,6 +73,21 @@ fn a_disk_goes_from_peg_to_peg_with_errors_of_4_mm() {
 }
 
 #[test]
+fn a_disk_far_off_its_peg_comes_to_rest_nearby() {
+    for seed in 0..40 {
+        let mut world = world(&hanoi(), seed);
+        assert!(pick_body(&mut world, "red_disk", 0.062, CARRY_Z));
+        let peg = centre(&world, "middle_peg");
+        let target = Point3::new(peg.x, peg.y, 0.024) + error(seed, 0.02);
+        place(&mut world, target, 0.0, CARRY_Z);
+        run(&mut world, 3.0);
+        let truth = world.truth();
+        let disk = truth.body("red_disk").unwrap();
+        assert!(disk.still && (disk.position - peg).xy().norm() < 0.25, "seed {seed}: {disk:?}");
+    }
+}
+
+#[test]
 fn a_disk_dropped_above_a_peg_seats() {
     for seed in 0..20 {
         let mut world = world(&hanoi(), seed);

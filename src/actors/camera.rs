@@ -11,11 +11,7 @@ use crate::transport::{Bus, Outbox};
 ///
 /// # Errors
 /// [`ActorError`] when the camera or the bus fails.
-pub async fn serve(
-    bus: Bus,
-    mut camera: Box<dyn Camera>,
-    chaos: Chaos,
-) -> Result<(), ActorError> {
+pub async fn serve(bus: Bus, mut camera: Box<dyn Camera>, chaos: Chaos) -> Result<(), ActorError> {
     let rgb: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB)?;
     let depth: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_DEPTH)?;
     loop {

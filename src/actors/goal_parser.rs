@@ -59,17 +59,14 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
                 continue;
             }
         };
-        match ask(&args, &scene)? {
-            Some(answer) => {
-                args.keep.store(Some(answer.clone()));
-                goal = Some(answer);
-            }
-            None => {
-                let nothing = GoalMessage { goal: Condition::True, named: Vec::new() };
-                let (mut header, _) = goal_to_wire(&nothing, &args.vocabulary);
-                (header.cycle, header.verdict) = (scene.cause.cycle, GOAL_PENDING);
-                goals.publish(header, &[])?;
-            }
+        if let Some(answer) = ask(&args, &scene)? {
+            args.keep.store(Some(answer.clone()));
+            goal = Some(answer);
+        } else {
+            let nothing = GoalMessage { goal: Condition::True, named: Vec::new() };
+            let (mut header, _) = goal_to_wire(&nothing, &args.vocabulary);
+            (header.cycle, header.verdict) = (scene.cause.cycle, GOAL_PENDING);
+            goals.publish(header, &[])?;
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::messages::{Cause, Command, RobotState, Scene, Status};
 use crate::scene_parser::{FrameContext, ParserConfig, SceneParser};
 use crate::telemetry::monotonic_ns;
 use crate::transport::convert::{
-    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire, robot_state_from_wire,
-    scene_to_wire, status_from_wire,
+    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire,
+    robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
     CAMERA_DEPTH, CAMERA_RGB, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
@@ -103,8 +103,9 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         args.chaos.message("scene_parser");
         memory.hear(&mut ports)?;
         let depth = depths.as_ref().filter(|d| d.header().sequence == frame.header().sequence);
-        let parsed =
-            tokio::task::block_in_place(|| parse(&args, &mut memory, &mut *detector, &frame, depth));
+        let parsed = tokio::task::block_in_place(|| {
+            parse(&args, &mut memory, &mut *detector, &frame, depth)
+        });
         memory.last_frame = Some(frame.header().sequence);
         memory.missed = ports.rgb.drops().missed;
         match parsed {
@@ -153,7 +154,9 @@ fn parse(
     let [width, height] = args.image_size;
     if (view.width, view.height) != (width, height) {
         let got = format!("{}x{}", view.width, view.height);
-        return Err(format!("the labelled examples are {width}x{height} pixels, the frame is {got}"));
+        return Err(format!(
+            "the labelled examples are {width}x{height} pixels, the frame is {got}"
+        ));
     }
     let (columns, rows) = (view.width as usize, view.height as usize);
     let image = ImageView::new(columns, rows, view.rgb).map_err(|e| e.to_string())?;
@@ -188,7 +191,11 @@ fn parse(
 impl Memory {
     /// Takes in what robot and executor have said since the last frame.
     fn hear(&mut self, ports: &mut Ports) -> Result<(), TransportError> {
-        self.commands.extend(fresh(&mut ports.commands, &mut self.last_command, command_from_wire)?);
+        self.commands.extend(fresh(
+            &mut ports.commands,
+            &mut self.last_command,
+            command_from_wire,
+        )?);
         self.statuses.extend(fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?);
         if let Some(state) = ports.states.drain_newest()? {
             match robot_state_from_wire(state.header(), state.records()) {

@@ -15,9 +15,7 @@ use crate::transport::convert::{
     Vocabulary, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
     robot_state_from_wire, scene_from_wire, status_from_wire,
 };
-use crate::transport::topics::{
-    OUTCOME, PLAN, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
-};
+use crate::transport::topics::{OUTCOME, PLAN, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE};
 use crate::transport::wire::{
     CommandRecord, DeviceHeader, OutcomeRecord, RobotStateRecord, SceneRecord, StatusRecord,
     StepRecord, TaskHeader,

@@ -11,7 +11,7 @@ use crate::detectors::label_of;
 use crate::grounding::Perception;
 use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
 use crate::pddl::{Bindings, Condition, Universe, evaluate};
-use crate::picture::{EdgeMark, GoalMark, ObjectMark, PictureInput, draw};
+use crate::picture::{EdgeMark, GoalMark, ObjectMark, PictureInput, draw, view_around};
 use crate::scene::Facts;
 use crate::transport::convert::{
     Vocabulary, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
@@ -97,9 +97,10 @@ fn write(
     let objects = objects(args, scene, &facts);
     let edges = edges(args, &facts);
     let goals = goal_marks(args, scene, &facts, goal);
-    let steps: Vec<String> = match &plan.verdict {
-        PlanVerdict::Plan { steps, .. } => steps.iter().map(ToString::to_string).collect(),
-        _ => Vec::new(),
+    let steps: Vec<String> = if let PlanVerdict::Plan { steps, .. } = &plan.verdict {
+        steps.iter().map(ToString::to_string).collect()
+    } else {
+        Vec::new()
     };
     let seconds = scene.cause.capture_ns as f64 / 1e9;
     let caption = [
@@ -108,7 +109,7 @@ fn write(
         ("plan".to_owned(), format!("{} steps", steps.len())),
     ];
     let input = PictureInput {
-        view: None,
+        view: view_around(&objects, picture.width(), picture.height()),
         title: args.vocabulary.domain.name.as_str(),
         instruction: &args.instruction,
         caption: &caption,
@@ -144,21 +145,19 @@ fn objects(args: &Args, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {
 fn edges(args: &Args, facts: &Facts) -> Vec<EdgeMark> {
     let orders = &args.perception.constraints.strict_order;
     let binary = facts.known.iter().filter(|atom| !orders.contains(&atom.predicate));
-    let edges = binary.filter_map(|atom| match atom.args.as_slice() {
-        [from, to] => Some(EdgeMark {
-            predicate: atom.predicate.clone(),
-            from: from.clone(),
-            to: to.clone(),
-        }),
-        _ => None,
+    let edges = binary.filter_map(|atom| {
+        let [from, to] = atom.args.as_slice() else { return None };
+        let (predicate, from, to) = (atom.predicate.clone(), from.clone(), to.clone());
+        Some(EdgeMark { predicate, from, to })
     });
     edges.collect()
 }
 
 fn goal_marks(args: &Args, scene: &Scene, facts: &Facts, goal: &GoalMessage) -> Vec<GoalMark> {
-    let parts = match &goal.goal {
-        Condition::And(parts) => parts.clone(),
-        other => vec![other.clone()],
+    let parts = if let Condition::And(parts) = &goal.goal {
+        parts.clone()
+    } else {
+        vec![goal.goal.clone()]
     };
     let objects = scene.typed_objects();
     let universe = Universe { types: &args.vocabulary.domain.types, objects: &objects };

@@ -54,12 +54,9 @@ pub async fn supervise(
 ) -> Result<Supervision, Fatal> {
     let (escalate, fatal) = watch::channel(None);
     let args = (actors, config, escalate);
-    let (supervisor, handle) =
-        Actor::spawn(None, Supervisor, args).await.map_err(|error| Fatal::Restarts {
-            actor: "supervisor",
-            failures: 1,
-            reason: error.to_string(),
-        })?;
+    let (supervisor, handle) = Actor::spawn(None, Supervisor, args).await.map_err(|error| {
+        Fatal::Restarts { actor: "supervisor", failures: 1, reason: error.to_string() }
+    })?;
     Ok(Supervision { supervisor, handle, fatal })
 }
 

@@ -6,7 +6,9 @@ use tokio::sync::watch;
 
 use super::wiring::{Prepared, Shared};
 use super::{RunError, SnapshotRequest};
-use crate::actors::{ActorSpec, Chaos, Fatal, Keep, scene_parser, skill_executor, snapshot, supervise};
+use crate::actors::{
+    ActorSpec, Chaos, Fatal, Keep, scene_parser, skill_executor, snapshot, supervise,
+};
 use crate::eval::{EpisodeEnd, EpisodeReport, Latencies};
 use crate::executive::Stop;
 use crate::messages::GoalMessage;

@@ -10,9 +10,7 @@ use crate::actors::{
     ActorError, ActorSpec, Chaos, Keep, Serve, camera, goal_parser, planner, robot, scene_parser,
     skill_executor,
 };
-use crate::config::{
-    CameraKind, ConfigError, DomainFolder, RobotKind, RunConfig,
-};
+use crate::config::{CameraKind, ConfigError, DomainFolder, RobotKind, RunConfig};
 use crate::detectors::Detector;
 use crate::eval::EpisodeEnd;
 use crate::executive::{ExecutiveConfig, Stop};

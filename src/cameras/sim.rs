@@ -76,15 +76,12 @@ impl SimCamera {
 impl Camera for SimCamera {
     fn next(&mut self) -> NextFrame<'_> {
         Box::pin(async {
-            match &mut self.ticks {
-                Some(ticks) => {
-                    ticks.tick().await;
-                }
-                None => {
-                    let next = self.next;
-                    if self.released.wait_for(|released| *released > next).await.is_err() {
-                        return Ok(None); // the world is gone
-                    }
+            if let Some(ticks) = &mut self.ticks {
+                ticks.tick().await;
+            } else {
+                let next = self.next;
+                if self.released.wait_for(|released| *released > next).await.is_err() {
+                    return Ok(None); // the world is gone
                 }
             }
             tokio::task::block_in_place(|| self.capture()).map(Some)

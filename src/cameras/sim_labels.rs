@@ -82,12 +82,12 @@ pub fn label_scene(
             .map_err(|e| bad(e.to_string()))?;
         let mut camera = sim.camera.clone();
         camera.light.seed = seed;
-        let frame =
-            renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
+        let frame = renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
         let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example").to_owned();
-        labelled.push(describe(name, &frame, &world.truth(), folder, &labels).ok_or_else(|| {
-            bad("the rendered frame has no pixels".to_owned())
-        })?);
+        labelled.push(
+            describe(name, &frame, &world.truth(), folder, &labels)
+                .ok_or_else(|| bad("the rendered frame has no pixels".to_owned()))?,
+        );
     }
     Ok(labelled)
 }
@@ -130,9 +130,9 @@ fn describe(
         goal: Condition::True,
         minimise_cost: false,
     };
-    let lines = seen.iter().map(|(body, b)| {
-        format!("  \"{}\": [{}, {}, {}, {}]", body.name, b.x1, b.y1, b.x2, b.y2)
-    });
+    let lines = seen
+        .iter()
+        .map(|(body, b)| format!("  \"{}\": [{}, {}, {}, {}]", body.name, b.x1, b.y1, b.x2, b.y2));
     let boxes = format!("{{\n{}\n}}\n", lines.collect::<Vec<_>>().join(",\n"));
     Some(LabelledScene {
         name,

@@ -49,8 +49,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         .map_err(Failure::internal)?;
     runtime.block_on(async {
         let n_images = find_images(path).map_err(Failure::bad_input)?.len();
-        let camera =
-            ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
+        let camera = ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
         let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
         out::note(&format!("publishing {n_images} images at {fps} Hz to run {run:?}"));
         let serve = camera::serve(bus, Box::new(camera), Chaos::default());

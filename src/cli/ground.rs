@@ -153,9 +153,10 @@ fn report(
     outcome: Option<&Outcome>,
 ) -> Result<(), Failure> {
     let goal_text = goal.map(|goal| goal.goal.to_string());
-    let steps: Option<Vec<String>> = match outcome {
-        Some(Outcome::Solved(found)) => Some(found.steps.iter().map(ToString::to_string).collect()),
-        _ => None,
+    let steps: Option<Vec<String>> = if let Some(Outcome::Solved(found)) = outcome {
+        Some(found.steps.iter().map(ToString::to_string).collect())
+    } else {
+        None
     };
     if args.json {
         let objects: Vec<Value> = grounded

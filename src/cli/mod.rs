@@ -84,11 +84,11 @@ struct Failure {
 }
 
 impl Failure {
-    fn bad_input(message: impl ToString) -> Self {
+    fn bad_input(message: impl std::fmt::Display) -> Self {
         Self { message: message.to_string(), code: exit::BAD_INPUT }
     }
 
-    fn internal(message: impl ToString) -> Self {
+    fn internal(message: impl std::fmt::Display) -> Self {
         Self { message: message.to_string(), code: exit::INTERNAL }
     }
 }

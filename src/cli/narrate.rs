@@ -24,14 +24,17 @@ impl Style {
     pub(super) fn line(&self, capture_ns: u64, cycle: u64, note: &Note) -> String {
         let seconds = capture_ns as f64 / 1e9;
         let (mark, text) = match note {
-            Note::State { facts, unknown } => (self.paint("2", "state  "), self.state(facts, unknown)),
+            Note::State { facts, unknown } => {
+                (self.paint("2", "state  "), self.state(facts, unknown))
+            }
             Note::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
             Note::Started { step } => (self.paint("34", "skill  "), step.to_string()),
             Note::Done { step, seconds } => {
                 (self.paint("32", "done   "), format!("{step} in {seconds:.1} s"))
             }
             Note::Failed { step, reason, failures } => {
-                let times = if *failures > 1 { format!(" ({failures} times)") } else { String::new() };
+                let times =
+                    if *failures > 1 { format!(" ({failures} times)") } else { String::new() };
                 (self.paint("31", "failed "), format!("{step}: {reason}{times}"))
             }
             Note::Deviation(deviation) => (self.paint("33;1", "seen   "), deviation.to_string()),

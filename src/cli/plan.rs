@@ -79,10 +79,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         }
         Outcome::BadInput { reason } => ("bad-input", exit::BAD_INPUT, reason.clone()),
     };
-    let found = match &answer.outcome {
-        Outcome::Solved(found) => Some(found),
-        _ => None,
-    };
+    let found = if let Outcome::Solved(found) = &answer.outcome { Some(found) } else { None };
     if let Some(found) = found {
         let checked = validate(&domain, &PlanRequest::new(&problem), &found.steps);
         if let Validation::Invalid { reason, .. } = checked {

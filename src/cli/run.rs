@@ -114,10 +114,10 @@ fn options(
         bus: BusConfig::for_run(prepared.config.run_name()),
         narrate: Arc::new(narrate),
         stop: stop.clone(),
-        snapshot: args.snapshot.clone().map(|path| SnapshotRequest {
-            path,
-            from_cycle: args.snapshot_from,
-        }),
+        snapshot: args
+            .snapshot
+            .clone()
+            .map(|path| SnapshotRequest { path, from_cycle: args.snapshot_from }),
     }
 }
 
@@ -207,8 +207,18 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header([
-        "seed", "verdict", "cycles", "replans", "done", "failed", "run time (s)", "wall (s)",
-        "CPU/frame (ms)", "continue p50 (µs)", "replan p50 (µs)", "decisions",
+        "seed",
+        "verdict",
+        "cycles",
+        "replans",
+        "done",
+        "failed",
+        "run time (s)",
+        "wall (s)",
+        "CPU/frame (ms)",
+        "continue p50 (µs)",
+        "replan p50 (µs)",
+        "decisions",
     ]);
     for report in reports {
         let kinds = &report.latency_us.frame_to_command;

@@ -131,10 +131,11 @@ impl DomainFolder {
         let build = choose("perception.detector", name, DETECTORS)?;
         let mut detector = build(&self.perception)?;
         for (picture, exemplar) in examples {
-            let (width, height) = (picture.width() as usize, picture.height() as usize);
-            let view = ImageView::new(width, height, picture.as_raw())
-                .map_err(|source| ConfigError::Image { path: exemplar.name.clone(), source })?;
-            detector.learn(&view, &exemplar.objects)?;
+            detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
+        }
+        // Tables that are made on first use are made now, not on the first frame of a run.
+        if let Some((picture, exemplar)) = examples.first() {
+            detector.detect(&view_of(picture, &exemplar.name)?)?;
         }
         Ok(detector)
     }
@@ -152,6 +153,13 @@ impl DomainFolder {
         let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
         Ok(build(&self.domain, &self.perception, &exemplars)?)
     }
+}
+
+/// An image as detectors look at it.
+fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    ImageView::new(width, height, picture.as_raw())
+        .map_err(|source| ConfigError::Image { path: path.to_owned(), source })
 }
 
 /// The entry of that name in a table of parts.

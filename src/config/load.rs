@@ -11,10 +11,8 @@ use super::{ConfigError, RunConfig};
 /// # Errors
 /// [`ConfigError::File`] naming the file.
 pub fn read_text(path: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(path).map_err(|e| ConfigError::File {
-        path: path.display().to_string(),
-        reason: e.to_string(),
-    })
+    std::fs::read_to_string(path)
+        .map_err(|e| ConfigError::File { path: path.display().to_string(), reason: e.to_string() })
 }
 
 /// Reads a run file and applies `key=value` settings over it, in order.
@@ -33,15 +31,14 @@ pub fn load_run(path: &Path, sets: &[String]) -> Result<RunConfig, ConfigError> 
     // Without --set the text is parsed as it stands, so that lines in messages are the file's.
     let text = if sets.is_empty() { text } else { document.to_string() };
     let mut run: RunConfig = toml::from_str(&text).map_err(|e| fault(e.to_string()))?;
-    run.origin = path.to_owned();
+    path.clone_into(&mut run.origin);
     run.check()?;
     Ok(run)
 }
 
 /// Applies one `a.b=value`; the value is TOML, or else a plain string.
 fn apply(document: &mut DocumentMut, set: &str) -> Result<(), ConfigError> {
-    let fault =
-        |reason: &str| ConfigError::Set { text: set.to_owned(), reason: reason.to_owned() };
+    let fault = |reason: &str| ConfigError::Set { text: set.to_owned(), reason: reason.to_owned() };
     let (key, text) = set.split_once('=').ok_or_else(|| fault("expected key=value"))?;
     let value: toml_edit::Value =
         text.trim().parse().unwrap_or_else(|_| toml_edit::Value::from(text.trim()));

@@ -207,7 +207,11 @@ impl RunConfig {
         }
         let sim = [self.camera.kind == CameraKind::Sim, self.robot.kind == RobotKind::Sim];
         if sim.contains(&true) && self.sim.is_none() {
-            return value("sim", "a table, for a camera or robot of kind \"sim\"", "none".to_owned());
+            return value(
+                "sim",
+                "a table, for a camera or robot of kind \"sim\"",
+                "none".to_owned(),
+            );
         }
         if sim == [false, true] {
             let got = "a simulated robot".to_owned();

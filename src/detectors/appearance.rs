@@ -15,7 +15,7 @@ const CONTRAST_MIN: f32 = 6.0;
 /// changing surface: tinted cloth, a vignette.
 const ALIKE_MAX: f64 = 0.5;
 
-/// A seam is lower than this share of the lowest labelled object.
+/// A seam is lower than this share of an object's usual height.
 const SEAM_HEIGHT_SHARE: f64 = 0.7;
 
 /// And at least this share of its surroundings has other object colours.
@@ -34,15 +34,16 @@ pub(super) fn stands_out(image: &ImageView<'_>, region: &Region) -> bool {
 /// Whether the patch is a seam: the shadow between two bodies that touch, where the colour of the
 /// one runs into that of the other and can look like a thin third one in between.
 ///
-/// `other_colour` says whether a pixel has one of the objects' colours, but not the patch's.
+/// `usual_height` is that of objects of the type, in pixels; `other_colour` says whether a pixel
+/// (column, row) has one of the objects' colours, but not the patch's.
 pub(super) fn is_seam(
     region: &Region,
-    lowest_labelled: Option<f64>,
+    usual_height: f64,
     other_colour: impl Fn((i64, i64)) -> bool,
 ) -> bool {
-    let thin = |lowest| region.pixel_box().height() < SEAM_HEIGHT_SHARE * lowest;
     let around = surroundings(region).into_iter().flatten();
-    lowest_labelled.is_some_and(thin) && share(around, other_colour) >= SEAM_ENCLOSED_MIN
+    region.pixel_box().height() < SEAM_HEIGHT_SHARE * usual_height
+        && share(around, other_colour) >= SEAM_ENCLOSED_MIN
 }
 
 /// Pixels (column, row) a little left of, right of, above and below the patch's box; some may lie

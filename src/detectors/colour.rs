@@ -78,6 +78,25 @@ impl ColourDetector {
         }
     }
 
+    /// Every object of one type in the image that was classified last.
+    fn detect_type(&self, spec: &TypeSpec, image: &ImageView<'_>) -> Vec<Detection> {
+        let labelled = self.sizes.get(&spec.name).copied();
+        let limits = SizeLimits::new(spec, labelled, image.height());
+        let mut found: Vec<(u8, &Name, Region)> = Vec::new();
+        for colour in &spec.colours {
+            let Some(class) = self.palette.class(colour) else { continue };
+            let regions = find(&self.masks[usize::from(class)], spec, &limits).into_iter();
+            let distinct = regions.filter(|region| stands_out(image, region));
+            found.extend(distinct.map(|region| (class, colour, region)));
+        }
+        let heights = found.iter().map(|(_, _, r)| r.pixel_box().height()).collect();
+        let usual = usual_height(heights).min(limits.lowest().unwrap_or(f64::INFINITY));
+        let bodies = found.into_iter().filter(|(class, _, region)| {
+            !is_seam(region, usual, |xy| self.class_at(image, xy).is_some_and(|c| c != *class))
+        });
+        bodies.map(|(_, colour, region)| detection(spec, colour, region)).collect()
+    }
+
     /// The colour class of a pixel; `None` outside the image and where it has none.
     fn class_at(&self, image: &ImageView<'_>, (x, y): (i64, i64)) -> Option<u8> {
         let rgb = image.pixel(usize::try_from(x).ok()?, usize::try_from(y).ok()?)?;
@@ -112,21 +131,16 @@ impl Detector for ColourDetector {
         self.classify(image);
         let mut detections = Vec::new();
         for spec in &self.perception.types {
-            let labelled = self.sizes.get(&spec.name).copied();
-            let limits = SizeLimits::new(spec, labelled, image.height());
-            let lowest = labelled.map(|l| l.height[0] * image.height() as f64);
-            for colour in &spec.colours {
-                let Some(class) = self.palette.class(colour) else { continue };
-                let mask = &self.masks[usize::from(class)];
-                let other_colour = |xy| self.class_at(image, xy).is_some_and(|c| c != class);
-                let bodies = find(mask, spec, &limits).into_iter().filter(|region| {
-                    stands_out(image, region) && !is_seam(region, lowest, other_colour)
-                });
-                detections.extend(bodies.map(|region| detection(spec, colour, region)));
-            }
+            detections.extend(self.detect_type(spec, image));
         }
         Ok(detections)
     }
+}
+
+/// The median height; 0 of none.
+fn usual_height(mut heights: Vec<f64>) -> f64 {
+    heights.sort_by(f64::total_cmp);
+    heights.get(heights.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn detection(spec: &TypeSpec, colour: &Name, region: Region) -> Detection {

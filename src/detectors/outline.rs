@@ -45,8 +45,8 @@ impl Sizes {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SizeLimits {
     accepted: Sizes,
-    /// Height of the highest labelled object.
-    highest: Option<f64>,
+    /// Heights of the lowest and the highest labelled object.
+    labelled: Option<[f64; 2]>,
 }
 
 impl SizeLimits {
@@ -59,7 +59,7 @@ impl SizeLimits {
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
-            return Self { accepted: declared, highest: None };
+            return Self { accepted: declared, labelled: None };
         };
         let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
             let low = declared[0].max(least * SIZE_SHARE_MIN);
@@ -72,7 +72,12 @@ impl SizeLimits {
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
-        Self { accepted: Sizes { width, height }, highest: Some(labelled.height[1]) }
+        Self { accepted: Sizes { width, height }, labelled: Some(labelled.height) }
+    }
+
+    /// Height of the lowest labelled object.
+    pub(super) fn lowest(&self) -> Option<f64> {
+        self.labelled.map(|[lowest, _]| lowest)
     }
 
     fn contain(&self, b: &PixelBox) -> bool {
@@ -141,7 +146,7 @@ fn join_columns(pieces: Vec<Region>) -> Vec<Region> {
 /// two round bodies of one colour, one upon the other. Without labelled objects nothing is cut.
 fn split_at_waists(region: Region, limits: &SizeLimits) -> Vec<Region> {
     let too_high =
-        |r: &Region| limits.highest.is_some_and(|h| r.pixel_box().height() > DOUBLE_HEIGHT * h);
+        |r: &Region| limits.labelled.is_some_and(|l| r.pixel_box().height() > DOUBLE_HEIGHT * l[1]);
     let part_min = limits.accepted.height[0].ceil().max(1.0) as usize;
     let mut parts = Vec::new();
     let mut rest = vec![region];

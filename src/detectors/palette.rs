@@ -26,8 +26,11 @@ const DISTANCE_MAX: f32 = 0.45;
 /// Colours closer to grey than this (in Lab units) are grey: sensor noise and tinted cloth.
 const CHROMA_MIN: f32 = 8.0;
 
-/// Distances to shades learnt from the camera in use count less than those to general knowledge.
-const LEARNT_WEIGHT: f32 = 0.7;
+/// A shade learnt from the camera in use counts as nearer than general knowledge by this share of
+/// its distance,
+const LEARNT_SHARE: f32 = 0.3;
+/// but by no more than this: what one object shows of its colour says little about others.
+const LEARNT_MAX: f32 = 0.06;
 
 /// The colour names in use with their shades, and the look-up table made of them.
 #[derive(Debug, Clone)]
@@ -116,12 +119,13 @@ impl Palette {
         }
         let shade = Shade::of(lab);
         let (mut nearest, mut best) = (DISTANCE_MAX, (f32::INFINITY, NONE));
-        for (shades, weight) in [(&self.shades, 1.0), (&self.learnt, LEARNT_WEIGHT)] {
+        for (shades, share) in [(&self.shades, 0.0), (&self.learnt, LEARNT_SHARE)] {
             for (class, known) in shades {
                 let d = shade.distance(*known, PER_LIGHTNESS);
                 nearest = nearest.min(d);
-                if d * weight < best.0 {
-                    best = (d * weight, *class);
+                let counted = d - (share * d).min(LEARNT_MAX);
+                if counted < best.0 {
+                    best = (counted, *class);
                 }
             }
         }

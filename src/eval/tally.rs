@@ -65,7 +65,7 @@ impl Tally {
     /// SHA-256 over what was believed, planned and commanded in every cycle, in hexadecimal.
     pub fn decision_hash(&self) -> String {
         let digest = self.hash.clone().finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        digest.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
     }
 
     /// No wall-clock value enters: the same decisions give the same hash on any machine.
@@ -82,9 +82,14 @@ impl Tally {
         match &plan.verdict {
             PlanVerdict::Plan { steps, cost } => {
                 word(&format!("plan {cost}"));
-                steps.iter().for_each(|step| word(&step.to_string()));
+                for step in steps {
+                    word(&step.to_string());
+                }
             }
-            other => word(&format!("{other:?}")),
+            PlanVerdict::Unsolvable { .. }
+            | PlanVerdict::OutOfBudget { .. }
+            | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Missing { .. } => word(&format!("{:?}", plan.verdict)),
         }
         let command = &decision.command;
         word(&format!("{} {}", command.id, command.label));
@@ -95,7 +100,9 @@ impl Tally {
                     word(&format!("{:x} {:x} {:x}", p.x.to_bits(), p.y.to_bits(), p.z.to_bits()));
                 }
             }
-            other => word(&format!("{other:?}")),
+            CommandKind::Continue | CommandKind::BreakOff | CommandKind::Hold => {
+                word(&format!("{:?}", command.kind));
+            }
         }
         if let Some(verdict) = &decision.verdict {
             word(&verdict.to_string());

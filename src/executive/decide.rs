@@ -22,7 +22,7 @@ impl Executive {
         }
         let plan = cycle.input.plan.verdict.clone();
         match plan {
-            PlanVerdict::Plan { steps, cost } => self.follow(cycle, steps, cost),
+            PlanVerdict::Plan { steps, cost } => self.follow(cycle, &steps, cost),
             other if matches!(self.phase, Phase::Running(_)) => {
                 let reason = format!("there is no plan any more ({other:?})");
                 if cycle.is_settled() {
@@ -105,7 +105,7 @@ impl Executive {
     }
 
     /// Follows a plan: keeps the running step, switches, or starts the first step.
-    fn follow(&mut self, cycle: &mut Cycle<'_>, steps: Vec<Step>, cost: u64) -> Answer {
+    fn follow(&mut self, cycle: &mut Cycle<'_>, steps: &[Step], cost: u64) -> Answer {
         self.unseen_frames = 0;
         let go_on = Answer::Command(CommandKind::Continue);
         if !cycle.is_settled() {
@@ -116,7 +116,7 @@ impl Executive {
                 }
             };
         }
-        self.switch(cycle, &steps, cost);
+        self.switch(cycle, steps, cost);
         let first = steps.first();
         match (&self.phase, first) {
             (Phase::Running(running), Some(step)) if running.step == *step => {
@@ -196,7 +196,6 @@ impl Executive {
 
     /// After a failure that needed no motion: the next frame decides.
     pub(super) fn give_up_or_wait(&self, cycle: &Cycle<'_>) -> Answer {
-        self.spent(cycle)
-            .map_or(Answer::Command(CommandKind::Continue), Answer::End)
+        self.spent(cycle).map_or(Answer::Command(CommandKind::Continue), Answer::End)
     }
 }

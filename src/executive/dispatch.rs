@@ -14,7 +14,7 @@ impl Executive {
         let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
             return Answer::End(Verdict::Planned);
         };
-        if let Err(reason) = self.may_start(cycle, step) {
+        if let Err(reason) = Self::may_start(cycle, step) {
             return self.look(cycle, reason);
         }
         if let Some(verdict) = self.circling(cycle) {
@@ -57,7 +57,7 @@ impl Executive {
     }
 
     /// Age, settledness, preconditions.
-    fn may_start(&self, cycle: &Cycle<'_>, step: &Step) -> Result<(), String> {
+    fn may_start(cycle: &Cycle<'_>, step: &Step) -> Result<(), String> {
         let age_ns = cycle.input.now_ns.saturating_sub(cycle.input.scene.cause.capture_ns);
         let age_ms = age_ns / 1_000_000;
         let limit = cycle.config.limits.state_age_ms_max;

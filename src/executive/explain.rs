@@ -19,9 +19,8 @@ pub struct Deviation {
 
 impl fmt::Display for Deviation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = |atoms: &[Atom]| {
-            atoms.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
-        };
+        let list =
+            |atoms: &[Atom]| atoms.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
         let mut parts = Vec::new();
         if !self.missing.is_empty() {
             parts.push(format!("expected {}", list(&self.missing)));

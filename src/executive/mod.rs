@@ -12,9 +12,7 @@ mod decide;
 
 use std::collections::BTreeMap;
 
-use crate::messages::{
-    Command, CommandKind, PlanMessage, RobotState, Scene, Status, StepOutcome,
-};
+use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Scene, Status, StepOutcome};
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::Facts;
 use crate::skills::{Held, MotionConfig, SkillBook};

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point2, Point3};
 use thiserror::Error;
 
-/// Pinhole intrinsics in pixels (OpenCV's convention: pixel (0, 0) is the centre of the top-left
+/// Pinhole intrinsics in pixels (`OpenCV`'s convention: pixel (0, 0) is the centre of the top-left
 /// pixel).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intrinsics {

@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use super::{PlanQuery, Planner};
 use crate::messages::{GoalMessage, PlanVerdict, Scene};
-use crate::pddl::{
-    Atom, Bindings, Domain, Name, Step, Typed, Universe, bind, effects, evaluate,
-};
+use crate::pddl::{Atom, Bindings, Domain, Name, Step, Typed, Universe, bind, effects, evaluate};
 use crate::planning::Outcome;
 use crate::scene::{Facts, Truth};
 

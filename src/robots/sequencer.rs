@@ -144,8 +144,7 @@ fn target(waypoint: &Waypoint) -> Target {
 fn go_up(progress: &Progress, arm: &mut dyn Arm) {
     let here = arm.tool();
     let top_z = progress.waypoints.iter().map(|w| w.position.z).fold(here.position.z, f64::max);
-    let speed_m_s =
-        progress.waypoints.iter().map(|w| w.speed_m_s).fold(here.speed_m_s, f64::max);
+    let speed_m_s = progress.waypoints.iter().map(|w| w.speed_m_s).fold(here.speed_m_s, f64::max);
     let position = Point3::new(here.position.x, here.position.y, top_z);
     let opening_m = if arm.is_holding() { 0.0 } else { here.opening_m };
     if let Err(reason) = arm.go(Target { position, opening_m, speed_m_s, ..here }) {

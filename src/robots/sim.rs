@@ -154,10 +154,8 @@ impl SimHardware {
 /// [`ConfigError`] naming file and line.
 pub fn read_scene(path: &Path) -> Result<SceneSpec, ConfigError> {
     let text = read_text(path)?;
-    toml::from_str(&text).map_err(|e| ConfigError::Toml {
-        path: path.display().to_string(),
-        message: e.to_string(),
-    })
+    toml::from_str(&text)
+        .map_err(|e| ConfigError::Toml { path: path.display().to_string(), message: e.to_string() })
 }
 
 impl Hardware {

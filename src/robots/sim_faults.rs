@@ -28,7 +28,8 @@ impl FaultSchedule {
     /// The schedule of a run file.
     pub(super) fn new(faults: &[FaultConfig]) -> Result<Self, String> {
         let scheduled = faults.iter().map(|fault| {
-            let action: FaultAction = fault.action.clone().try_into().map_err(|e| format!("{e}"))?;
+            let action: FaultAction =
+                fault.action.clone().try_into().map_err(|e| format!("{e}"))?;
             let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
             let trigger = match (&fault.during, fault.at_s) {
                 (Some(pattern), _) => Trigger::During {

@@ -109,18 +109,15 @@ impl Belief {
 impl Entry {
     /// Counts how long the frames have said the same.
     fn read(&mut self, reading: Option<&Reading>) {
-        match reading {
-            Some(reading) => {
-                self.raw = reading.truth;
-                self.confidence = reading.confidence;
-                self.streak = if self.candidate == reading.truth { self.streak + 1 } else { 1 };
-                self.candidate = reading.truth;
-            }
-            None => {
-                self.raw = Truth::Unknown;
-                self.streak = 0;
-            }
-        }
+        let Some(reading) = reading else {
+            self.raw = Truth::Unknown;
+            self.streak = 0;
+            return;
+        };
+        self.streak = if self.candidate == reading.truth { self.streak + 1 } else { 1 };
+        self.raw = reading.truth;
+        self.candidate = reading.truth;
+        self.confidence = reading.confidence;
     }
 
     fn believe(&mut self, truth: Truth, origin: Origin) {

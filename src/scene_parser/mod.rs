@@ -1,7 +1,7 @@
 //! The scene parser: detections of one frame in, the domain-conditioned scene graph out.
 //!
 //! Pure: its memory is a value, everything else arrives with the frame. The stages are those of
-//! the paper's f_state, plus what a loop needs: names that stay (`tracker`), occlusion by the robot
+//! the paper's state grounding function, plus what a loop needs: names that stay (`tracker`), occlusion by the robot
 //! itself (`occlusion`), and one belief that the planner and the executor rely on (`belief`).
 
 mod tracker;

@@ -130,8 +130,7 @@ impl SceneParser {
         detections: &[Detection],
     ) -> Vec<PixelBox> {
         let mut occluders = Vec::new();
-        if let (Some(hull), Some(robot), Some(model)) =
-            (&config.hull, context.robot, context.model)
+        if let (Some(hull), Some(robot), Some(model)) = (&config.hull, context.robot, context.model)
         {
             occluders.extend(hull_in_image(hull, robot, model));
         }
@@ -251,10 +250,11 @@ impl SceneParser {
         let types = &config.domain.types;
         let raw = complete(&config.rules, types, objects, &raw);
         let confirmed = complete(&config.rules, types, objects, &confirmed);
-        let atoms: BTreeSet<&Atom> = [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
-            .into_iter()
-            .flatten()
-            .collect();
+        let atoms: BTreeSet<&Atom> =
+            [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
+                .into_iter()
+                .flatten()
+                .collect();
         let facts = atoms.into_iter().map(|atom| {
             let entry = self.belief.entries.get(atom);
             let is_own =
@@ -290,9 +290,7 @@ fn step_of(label: &str) -> Option<Step> {
 fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection) -> Sighting {
     let spec = config.perception.type_spec(&detection.type_name);
     let volume = match (spec, &context.depth, context.model) {
-        (Some(spec), Some(depth), Some(model)) => {
-            volume_of(&detection, depth, model, spec.depth)
-        }
+        (Some(spec), Some(depth), Some(model)) => volume_of(&detection, depth, model, spec.depth),
         _ => None,
     };
     Sighting { detection, volume }

@@ -14,7 +14,7 @@ use crate::scene::Volume;
 const SMOOTHING: f64 = 0.3;
 /// A measured middle further away than this has moved; nearer, it is smoothed. Metres.
 const MOVED_M: f64 = 0.01;
-/// Least overlap (IoU) by which a new detection goes on with the candidate of the last frame.
+/// Least overlap (intersection over union) by which a new detection goes on with the candidate of the last frame.
 const SAME_IOU_MIN: f64 = 0.3;
 
 /// An object that is known by name.
@@ -73,7 +73,7 @@ impl Tracker {
         for (track, sighting) in self.tracks.iter_mut().zip(matched) {
             match sighting {
                 Some(sighting) if !track.is_hidden_by(&sighting, occluders) => {
-                    track.see(sighting, capture_ns);
+                    track.see(&sighting, capture_ns);
                 }
                 _ => track.hidden_frames = track.hidden_frames.saturating_add(1),
             }
@@ -116,9 +116,10 @@ impl Tracker {
     /// Candidates that were seen often enough become objects, with a name.
     fn promote(&mut self, capture_ns: u64, perception: &Perception, config: &BeliefConfig) {
         let waits = self.waiting_types(perception, config);
-        let (ripe, unripe): (Vec<_>, Vec<_>) = std::mem::take(&mut self.candidates)
-            .into_iter()
-            .partition(|c| c.frames >= config.confirm_frames && !waits.contains(&c.detection.type_name));
+        let (ripe, unripe): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.candidates).into_iter().partition(|c| {
+                c.frames >= config.confirm_frames && !waits.contains(&c.detection.type_name)
+            });
         self.candidates = unripe;
         let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
         let names = name_detections(perception, &detections);
@@ -179,7 +180,7 @@ impl Track {
         is_covered(seen, occluders) || (in_place && is_covered(&self.pixel_box, occluders))
     }
 
-    fn see(&mut self, sighting: Sighting, capture_ns: u64) {
+    fn see(&mut self, sighting: &Sighting, capture_ns: u64) {
         self.pixel_box = sighting.detection.pixel_box;
         self.score = sighting.detection.score;
         self.seen_ns = capture_ns;

@@ -96,10 +96,8 @@ impl SkillBook {
     /// # Errors
     /// [`BookError`] with file and key: unknown action, skill or parameter.
     pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, BookError> {
-        let book: BookFile = toml::from_str(text).map_err(|e| BookError::Form {
-            file: file.to_owned(),
-            message: e.to_string(),
-        })?;
+        let book: BookFile = toml::from_str(text)
+            .map_err(|e| BookError::Form { file: file.to_owned(), message: e.to_string() })?;
         let mut actions = BTreeMap::new();
         for mut action in book.action {
             let fault = |field: &str, expected: String, got: &str| BookError::Value {
@@ -114,9 +112,8 @@ impl SkillBook {
             })?;
             let params: Vec<Name> = schema.params.iter().map(|p| p.name.clone()).collect();
             for call in &action.sequence {
-                check_call(call, &params).map_err(|(field, expected, got)| {
-                    fault(&field, expected, &got)
-                })?;
+                check_call(call, &params)
+                    .map_err(|(field, expected, got)| fault(&field, expected, &got))?;
             }
             action.params = params;
             actions.insert(action.name.clone(), action);

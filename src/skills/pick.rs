@@ -34,8 +34,7 @@ impl Skill for Pick {
             return Err(SkillError::TooWide { object: object.clone(), width_m, opening_m_max });
         }
         let below_top = context.config.grip_depth_m.min(volume.extent[2] / 2.0);
-        let grip =
-            Point3::new(volume.centre.x, volume.centre.y, volume.top_z() - below_top);
+        let grip = Point3::new(volume.centre.x, volume.centre.y, volume.top_z() - below_top);
         context.opening_m = (width_m + context.config.jaw_clearance_m).min(opening_m_max);
         motion.waypoints.extend(context.approach(grip, Expect::Empty));
         context.opening_m = 0.0;

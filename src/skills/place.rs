@@ -45,8 +45,7 @@ impl Skill for Place {
             support.z + config.release_gap_m + held.extent[2] / 2.0 - held.centre_above_tool_m;
         let goal = Point3::new(support.x, support.y, tool_z);
         motion.waypoints.extend(context.approach(goal, Expect::Holding));
-        context.opening_m =
-            (held.extent[0] + config.jaw_clearance_m).min(config.opening_m_max);
+        context.opening_m = (held.extent[0] + config.jaw_clearance_m).min(config.opening_m_max);
         context.held = None;
         motion.waypoints.push(context.waypoint(goal, config.approach_speed_m_s, Expect::Empty));
         motion.waypoints.push(context.retreat(Expect::Empty));
@@ -74,24 +73,34 @@ fn around(post: &Name, volume: Volume, context: &SkillContext<'_>) -> Point3<f64
 }
 
 /// The free place on the table nearest to the tool, in the middle of the reach along y.
+///
+/// Best is a place with nothing before or behind it: the camera looks along y, and what stands one
+/// behind the other hides one another. Where there is none, any free place will do.
 fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, SkillError> {
     let config = context.config;
     let width_m = held.extent[0].max(held.extent[1]);
     let y = f64::midpoint(config.reach_y_m[0], config.reach_y_m[1]);
     let [low, high] = config.reach_x_m;
     let n_steps = ((high - low) / GRID_M) as u32;
+    let apart = |other: &Volume, axis: usize, distance: f64| {
+        distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m
+    };
+    let in_sight =
+        |x: f64| context.others(&[]).all(|(_, other)| apart(&other, 0, (other.centre.x - x).abs()));
     let is_free = |x: f64| {
         context.others(&[]).all(|(_, other)| {
-            let apart = |axis: usize, distance: f64| {
-                distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m
-            };
-            apart(0, (other.centre.x - x).abs()) || apart(1, (other.centre.y - y).abs())
+            apart(&other, 0, (other.centre.x - x).abs())
+                || apart(&other, 1, (other.centre.y - y).abs())
         })
     };
-    (0..=n_steps)
-        .map(|i| low + f64::from(i) * GRID_M)
-        .filter(|&x| is_free(x))
-        .min_by(|a, b| (a - context.tool.x).abs().total_cmp(&(b - context.tool.x).abs()))
+    let nearest = |is_good: &dyn Fn(f64) -> bool| {
+        (0..=n_steps)
+            .map(|i| low + f64::from(i) * GRID_M)
+            .filter(|&x| is_good(x))
+            .min_by(|a, b| (a - context.tool.x).abs().total_cmp(&(b - context.tool.x).abs()))
+    };
+    nearest(&in_sight)
+        .or_else(|| nearest(&is_free))
         .map(|x| Point3::new(x, y, config.table_z_m))
         .ok_or(SkillError::NoFreePlace { width_m })
 }

@@ -20,7 +20,7 @@ pub(super) type Service = ipc_threadsafe::Service;
 const ROOT_ON_TMPFS: &str = "/dev/shm/groundloop";
 
 /// `f_type` of a memory file system (Linux, `statfs(2)`).
-const TMPFS_MAGIC: i64 = 0x0102_1994;
+const TMPFS_MAGIC: rustix::fs::FsWord = 0x0102_1994;
 
 /// Which shared-memory world to join. All processes of one run need the same values.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -116,5 +116,5 @@ fn default_root() -> PathBuf {
 }
 
 fn is_tmpfs(path: &Path) -> bool {
-    rustix::fs::statfs(path).is_ok_and(|info| i64::from(info.f_type) == TMPFS_MAGIC)
+    rustix::fs::statfs(path).is_ok_and(|info| info.f_type == TMPFS_MAGIC)
 }

@@ -135,7 +135,8 @@ impl<H: Header, R: Record> Outbox<H, R> {
             .map_err(|e| fault(&e))?;
         let greetings = Wakeups::new(greetings, topic)?;
         let (publisher, notifier) = (Arc::new(publisher), Arc::new(notifier));
-        let greeter = tokio::spawn(greet(greetings, Arc::downgrade(&publisher), Arc::downgrade(&notifier)));
+        let greeter =
+            tokio::spawn(greet(greetings, Arc::downgrade(&publisher), Arc::downgrade(&notifier)));
         // A reader that opened before this writer has said its hello already.
         connect(&publisher, &notifier, topic.name);
         Ok(Self { publisher, notifier, greeter, topic: topic.name })
@@ -238,10 +239,8 @@ impl<H: Header, R: Record> Inbox<H, R> {
     ) -> Result<Self, TransportError> {
         let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
         // The listener comes first: a sample sent between the two has a wake-up waiting.
-        let listener = events(node, service, topic)?
-            .listener_builder()
-            .create()
-            .map_err(|e| fault(&e))?;
+        let listener =
+            events(node, service, topic)?.listener_builder().create().map_err(|e| fault(&e))?;
         let subscriber = samples::<H, R>(node, service, topic)?
             .subscriber_builder()
             .buffer_size(topic.depth)

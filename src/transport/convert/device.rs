@@ -175,8 +175,7 @@ pub fn robot_state_from_wire(
 ) -> Result<RobotState, WireError> {
     let record = single("robot state", records)?;
     let position = Point3::from(finite("position", record.position)?);
-    let [yaw_rad, opening_m] =
-        finite("yaw_rad, opening_m", [record.yaw_rad, record.opening_m])?;
+    let [yaw_rad, opening_m] = finite("yaw_rad, opening_m", [record.yaw_rad, record.opening_m])?;
     Ok(RobotState {
         capture_ns: header.capture_ns,
         position,

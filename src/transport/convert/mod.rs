@@ -4,6 +4,8 @@ mod device;
 mod task;
 mod text;
 
+use std::fmt::Display;
+
 use thiserror::Error;
 
 pub use device::{
@@ -29,7 +31,7 @@ pub struct WireError {
 }
 
 impl WireError {
-    fn new(field: &'static str, expected: impl ToString, got: impl ToString) -> Self {
+    fn new(field: &'static str, expected: impl Display, got: impl Display) -> Self {
         Self { field, expected: expected.to_string(), got: got.to_string() }
     }
 }

@@ -8,8 +8,8 @@ use crate::geometry::PixelBox;
 use crate::messages::{
     Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
 };
-use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
 use crate::pddl::Step;
+use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
 use crate::transport::wire::{
     ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, StepRecord, TaskHeader,
@@ -96,10 +96,7 @@ pub fn scene_to_wire(
     Ok((header, records))
 }
 
-fn object_to_wire(
-    object: &SceneObject,
-    vocabulary: &Vocabulary,
-) -> Result<SceneRecord, WireError> {
+fn object_to_wire(object: &SceneObject, vocabulary: &Vocabulary) -> Result<SceneRecord, WireError> {
     let mut record = SceneRecord {
         tag: 0,
         kind: index_of("object type", &vocabulary.types, &object.type_name)?,
@@ -195,9 +192,9 @@ fn object_from_wire(
     vocabulary: &Vocabulary,
 ) -> Result<SceneObject, WireError> {
     let types = &vocabulary.types;
-    let type_name = types
-        .get(record.kind as usize)
-        .ok_or_else(|| WireError::new("object type", format!("below {}", types.len()), record.kind))?;
+    let type_name = types.get(record.kind as usize).ok_or_else(|| {
+        WireError::new("object type", format!("below {}", types.len()), record.kind)
+    })?;
     let visibility = match record.source {
         0 => Visibility::Visible,
         1 => Visibility::Hidden,
@@ -259,7 +256,8 @@ fn fact_from_wire(
 }
 
 fn index_of(field: &'static str, names: &[Name], name: &Name) -> Result<u32, WireError> {
-    let at = names.binary_search(name).map_err(|_| WireError::new(field, "one of the domain", name))?;
+    let at = names.iter().position(|known| known == name);
+    let at = at.ok_or_else(|| WireError::new(field, "one of the domain", name))?;
     Ok(u32::try_from(at).unwrap_or(u32::MAX))
 }
 
@@ -349,9 +347,7 @@ pub fn plan_from_wire(
         1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
         3 => PlanVerdict::OutOfBudget { limit: detail },
         4 => PlanVerdict::Unsupported { feature: detail },
-        5 => {
-            PlanVerdict::Missing { objects: detail.split_whitespace().map(Name::new).collect() }
-        }
+        5 => PlanVerdict::Missing { objects: detail.split_whitespace().map(Name::new).collect() },
         other => return Err(WireError::new("plan verdict", "0 to 5", other)),
     };
     Ok(PlanMessage { cause, verdict, plan_us: header.stage_us[0] })
