@@ -104,19 +104,23 @@ fn see(shipped: &Shipped, exemplar: &Labelled, test: &Labelled) -> GroundedImage
     ground_image(&pipeline, &mut detector, &test.view(), &Grip::Empty).unwrap()
 }
 
-/// What is wrong with a reading of a photograph, one line each; nothing when it is right.
-fn faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
-    let mut faults = Vec::new();
+/// Objects that are missed or invented, one line each; a box counts from an IoU of 0.5.
+fn box_faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
     let truth = &test.exemplar.objects;
-    for o in truth {
-        let iou = |b: &&ObjectBox| b.name == o.name && b.pixel_box.iou(&o.pixel_box) >= 0.5;
-        if !seen.boxes.iter().any(|b| iou(&b)) {
-            faults.push(format!("{} is not seen where it is", o.name));
-        }
-    }
-    for b in seen.boxes.iter().filter(|b| truth.iter().all(|o| o.name != b.name)) {
-        faults.push(format!("{} is not there: {:?}", b.name, b.pixel_box));
-    }
+    let found = |o: &&ObjectBox| {
+        let here = |b: &&ObjectBox| b.pixel_box.iou(&o.pixel_box) >= 0.5;
+        seen.boxes.iter().filter(|b| b.name == o.name).any(|b| here(&b))
+    };
+    let missed = truth.iter().filter(|o| !found(o));
+    let invented = seen.boxes.iter().filter(|b| truth.iter().all(|o| o.name != b.name));
+    missed
+        .map(|o| format!("{} is not seen where it is", o.name))
+        .chain(invented.map(|b| format!("{} is not there: {:?}", b.name, b.pixel_box)))
+        .collect()
+}
+
+/// Facts that are missed or wrong, one line each.
+fn state_faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
     // The data set calls the arm `bot`.
     let own = |name: &Name| if *name == "bot" { "arm".into() } else { name.clone() };
     let renamed = |atom: &Atom| Atom {
@@ -124,13 +128,19 @@ fn faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
         args: atom.args.iter().map(own).collect(),
     };
     let expected: BTreeSet<Atom> = test.state.init.iter().map(renamed).collect();
-    faults.extend(expected.difference(&seen.facts.known).map(|a| format!("{a} is missed")));
-    faults.extend(seen.facts.known.difference(&expected).map(|a| format!("{a} is wrong")));
-    faults
+    let missed = expected.difference(&seen.facts.known).map(|a| format!("{a} is missed"));
+    let wrong = seen.facts.known.difference(&expected).map(|a| format!("{a} is wrong"));
+    missed.chain(wrong).collect()
 }
 
+/// Reads every photograph with every other of `exemplars` as the labelled example.
 #[track_caller]
-fn check_photographs(name: &str, exemplars: &[u32], tests: &[u32]) {
+fn check(
+    name: &str,
+    exemplars: &[u32],
+    tests: &[u32],
+    faults: fn(&Labelled, &GroundedImage) -> Vec<String>,
+) {
     let Some(folder) = data(&format!("prodgv/data/{name}")) else { return };
     let shipped = Shipped::read(name);
     let labelled = |number: &u32| Labelled::read(&folder, *number, &shipped.domain);
@@ -146,14 +156,22 @@ fn check_photographs(name: &str, exemplars: &[u32], tests: &[u32]) {
     assert!(wrong.is_empty(), "{name}:\n{}", wrong.join("\n"));
 }
 
+/// The supplied problems.
+const BLOCKS: [u32; 6] = [1, 2, 3, 5, 7, 10];
+const HANOI: [u32; 6] = [2, 3, 4, 5, 7, 10];
+
+// Which state follows depends on how much the one example shows: without a tower it teaches no
+// `on`. Boxes must be right with every example; states with those that show what is asked.
 #[test]
 fn blocks_are_seen_and_their_state_is_right() {
-    check_photographs("blocksworld", &[3, 7], &[1, 2, 3, 5, 7, 10]);
+    check("blocksworld", &BLOCKS, &BLOCKS, box_faults);
+    check("blocksworld", &[3, 7], &BLOCKS, state_faults);
 }
 
 #[test]
 fn disks_and_pegs_are_seen_and_their_state_is_right() {
-    check_photographs("hanoi", &[5, 10], &[2, 5, 7, 10]);
+    check("hanoi", &HANOI, &HANOI, box_faults);
+    check("hanoi", &[5, 10], &[2, 5, 7, 10], state_faults);
 }
 
 /// Objects of a recorded stub, `(:objects …)` alone.
@@ -221,13 +239,13 @@ fn check_recorded(name: &str, numbers: &[u32], specs: &[ObservedSpec]) {
 
 #[test]
 fn recorded_states_of_blocksworld_are_reproduced() {
-    check_recorded("blocksworld", &[1, 2, 3, 5, 7, 10], &[observed("on", None)]);
+    check_recorded("blocksworld", &BLOCKS, &[observed("on", None)]);
 }
 
 #[test]
 fn recorded_states_of_hanoi_are_reproduced() {
     let specs = ["on", "on-peg", "smaller"].map(|p| observed(p, None));
-    check_recorded("hanoi", &[2, 3, 4, 5, 7, 10], &specs);
+    check_recorded("hanoi", &HANOI, &specs);
 }
 
 /// The reference lets a container be a place too, which its domain file does not.

@@ -11,7 +11,11 @@ use crate::actors::{
 };
 use crate::eval::{EpisodeEnd, EpisodeReport, Latencies};
 use crate::executive::Stop;
-use crate::messages::GoalMessage;
+use crate::config::DomainFolder;
+use crate::grounding::complete;
+use crate::messages::{GoalMessage, Scene};
+use crate::pddl::{Bindings, Universe, evaluate};
+use crate::scene::Facts;
 use crate::telemetry::{monotonic_ns, process_cpu_ns};
 use crate::transport::convert::Vocabulary;
 use crate::transport::{Bus, BusConfig};
@@ -78,7 +82,8 @@ pub async fn run_episode(
             serve: Box::new(move || Box::pin(snapshot::serve(Arc::clone(&args)))),
         }
     }));
-    actors.extend(prepared.hardware(&bus, &shared)?);
+    let hardware = prepared.hardware(&bus, &shared)?;
+    actors.extend(hardware.actors);
     let mut supervision = supervise(actors, prepared.config.supervisor.clone()).await?;
     let ended = wait(&mut end_receiver, &mut supervision.fatal).await;
     supervision.stop().await;
@@ -86,7 +91,12 @@ pub async fn run_episode(
     let seconds = |ns: u64| ns as f64 / 1e9;
     let wall_ns = monotonic_ns() - started_ns;
     let cpu_ns = process_cpu_ns() - cpu_ns;
-    let report = report(prepared, &shared, &end, (seconds(wall_ns), seconds(cpu_ns)));
+    let mut report = report(prepared, &shared, &end, (seconds(wall_ns), seconds(cpu_ns)));
+    let goal = shared.goal.load();
+    report.goal_in_simulator = match (hardware.truth, goal, &end.scene) {
+        (Some(truth), Some(goal), Some(scene)) => Some(holds(folder, &goal, scene, &truth())),
+        _ => None,
+    };
     Ok(Episode { report, end, n_panics: shared.chaos.n_fired() })
 }
 
@@ -118,7 +128,7 @@ fn report(
     let scenes: scene_parser::Memory = shared.scenes.load();
     let frames = end.counts.cycles + scenes.missed + scenes.rejected;
     let goal: Option<GoalMessage> = shared.goal.load();
-    let confirmed = end.scene.as_ref().map(crate::messages::Scene::confirmed).unwrap_or_default();
+    let confirmed = end.scene.as_ref().map(Scene::confirmed).unwrap_or_default();
     EpisodeReport {
         verdict: end.verdict.word(),
         reason: end.verdict.reason(),
@@ -135,6 +145,17 @@ fn report(
         latency_us: Latencies::of(end),
         plan: end.remaining.iter().map(ToString::to_string).collect(),
         goal: goal.map(|goal| goal.goal.to_string()).unwrap_or_default(),
+        goal_in_simulator: None,
         facts: confirmed.known.iter().map(ToString::to_string).collect(),
     }
+}
+
+/// Whether the goal really holds: the true facts, completed by the domain's rules.
+fn holds(folder: &DomainFolder, goal: &GoalMessage, scene: &Scene, facts: &Facts) -> bool {
+    let mut objects = scene.typed_objects();
+    objects.extend(folder.domain.constants.iter().cloned());
+    let types = &folder.domain.types;
+    let facts = complete(&folder.rules, types, &objects, facts);
+    let universe = Universe { types, objects: &objects };
+    evaluate(&goal.goal, &Bindings::new(), &universe, &|atom| facts.truth(atom)).is_true()
 }

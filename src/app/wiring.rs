@@ -18,6 +18,7 @@ use crate::goals::{self, GoalSettings};
 use crate::grounding::Exemplar;
 use crate::messages::GoalMessage;
 use crate::planners::{PLANNERS, Replanner};
+use crate::scene::Facts;
 use crate::scene_parser::ParserConfig;
 use crate::skills::SkillBook;
 use crate::transport::Bus;
@@ -43,6 +44,17 @@ pub(super) struct Shared {
     pub(super) goal: Keep<Option<GoalMessage>>,
     pub(super) scenes: Keep<scene_parser::Memory>,
     pub(super) chaos: Chaos,
+}
+
+/// What really holds, where somebody knows: the simulator.
+pub(super) type Truth = Box<dyn Fn() -> Facts + Send + Sync>;
+
+/// What plays the hardware in this process.
+#[derive(Default)]
+pub(super) struct Hardware {
+    pub(super) actors: Vec<ActorSpec>,
+    /// For scoring once the episode has ended.
+    pub(super) truth: Option<Truth>,
 }
 
 impl Prepared {
@@ -195,16 +207,17 @@ impl Prepared {
         &self,
         bus: &Bus,
         shared: &Shared,
-    ) -> Result<Vec<ActorSpec>, ConfigError> {
+    ) -> Result<Hardware, ConfigError> {
         match self.config.camera.kind {
-            CameraKind::External => Ok(Vec::new()),
+            CameraKind::External => Ok(Hardware::default()),
             CameraKind::Sim => self.simulated(bus, shared),
         }
     }
 
     #[cfg(feature = "sim")]
-    fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Vec<ActorSpec>, ConfigError> {
+    fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
         use crate::cameras::sim::SimCamera;
+        use crate::cameras::sim_labels::Oracle;
         use crate::robots::sim::SimHardware;
         let hardware = SimHardware::build(&self.config, &self.folder)?;
         let (width, height) = (hardware.camera.width, hardware.camera.height);
@@ -224,18 +237,21 @@ impl Prepared {
             let camera = Box::new(SimCamera::new(world.clone()));
             camera::serve(bus_of_camera.clone(), camera, chaos.clone())
         });
+        let oracle = Oracle::new(&self.folder, hardware.clone())?;
+        let truth =
+            oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
         if self.config.robot.kind == RobotKind::None {
-            return Ok(vec![camera]);
+            return Ok(Hardware { actors: vec![camera], truth });
         }
         let (bus_of_robot, chaos) = (bus.clone(), shared.chaos.clone());
         let robot = actor("robot", move || {
             robot::serve(bus_of_robot.clone(), hardware.robot(), chaos.clone())
         });
-        Ok(vec![camera, robot])
+        Ok(Hardware { actors: vec![camera, robot], truth })
     }
 
     #[cfg(not(feature = "sim"))]
-    fn simulated(&self, _: &Bus, _: &Shared) -> Result<Vec<ActorSpec>, ConfigError> {
+    fn simulated(&self, _: &Bus, _: &Shared) -> Result<Hardware, ConfigError> {
         Err(ConfigError::Missing {
             what: "the simulator".to_owned(),
             how: "this groundloop was built without it; build with `--features sim`".to_owned(),

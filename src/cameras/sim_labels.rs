@@ -1,18 +1,20 @@
 //! Labelled examples of the simulated camera: what is rendered, and what is really there.
 //!
-//! A tool for making `exemplar/` folders; nothing that runs an episode uses it.
+//! For making `exemplar/` folders, and for scoring an episode that has ended; nothing in the loop
+//! may use it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World, WorldConfig};
+use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
 use image::RgbImage;
 use serde::Deserialize;
 
 use crate::config::{ConfigError, DomainFolder, RunConfig, read_text};
 use crate::geometry::PixelBox;
 use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
-use crate::robots::sim::{SimConfig, read_scene};
+use crate::robots::sim::{SimConfig, SimHardware, read_scene};
 
 /// One labelled example, as its three files.
 #[derive(Debug, Clone)]
@@ -55,6 +57,52 @@ enum Relation {
     Narrower,
 }
 
+/// The domain's words for what is really there.
+#[derive(Debug, Clone)]
+pub struct Oracle {
+    labels: Labels,
+    folder: Arc<DomainFolder>,
+    hardware: SimHardware,
+}
+
+impl Oracle {
+    /// Reads the domain's `scenes/labels.toml`; `None` without such a file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn new(
+        folder: &Arc<DomainFolder>,
+        hardware: SimHardware,
+    ) -> Result<Option<Self>, ConfigError> {
+        if !labels_path(folder).is_file() {
+            return Ok(None);
+        }
+        let labels = read_labels(folder)?;
+        Ok(Some(Self { labels, folder: Arc::clone(folder), hardware }))
+    }
+
+    /// What really holds now. For scoring after an episode; nothing in the loop may ask.
+    pub fn facts(&self) -> BTreeSet<Atom> {
+        let truth = self.hardware.oracle();
+        let bodies: Vec<&BodyTruth> = truth.bodies.iter().collect();
+        let labels = self.labels.label.iter();
+        labels.flat_map(|label| label.facts(&bodies, &self.folder)).collect()
+    }
+}
+
+fn labels_path(folder: &DomainFolder) -> PathBuf {
+    folder.path.join("scenes").join("labels.toml")
+}
+
+fn read_labels(folder: &DomainFolder) -> Result<Labels, ConfigError> {
+    let path = labels_path(folder);
+    toml::from_str(&read_text(&path)?).map_err(|e| toml_error(&path, &e))
+}
+
+fn toml_error(path: &Path, error: &toml::de::Error) -> ConfigError {
+    ConfigError::Toml { path: path.display().to_string(), message: error.to_string() }
+}
+
 /// Renders and labels every scene in the domain's `scenes/exemplar/`.
 ///
 /// # Errors
@@ -63,22 +111,16 @@ pub fn label_scene(
     config: &RunConfig,
     folder: &DomainFolder,
 ) -> Result<Vec<LabelledScene>, ConfigError> {
-    let toml_error = |path: &Path, e: toml::de::Error| ConfigError::Toml {
-        path: path.display().to_string(),
-        message: e.to_string(),
-    };
-    let labels_path = folder.path.join("scenes").join("labels.toml");
-    let labels: Labels =
-        toml::from_str(&read_text(&labels_path)?).map_err(|e| toml_error(&labels_path, e))?;
+    let labels = read_labels(folder)?;
     let table = config.sim.clone().unwrap_or_default();
-    let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, e))?;
+    let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, &e))?;
     let scenes = scene_files(&folder.path.join("scenes").join("exemplar"))?;
     let mut renderer = Renderer::new();
     let mut labelled = Vec::new();
     for (i, path) in scenes.iter().enumerate() {
         let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
         let seed = config.seed.wrapping_add(i as u64);
-        let world = World::new(&read_scene(path)?, &WorldConfig::tabletop(), seed)
+        let world = World::new(&read_scene(path)?, &sim.world, seed)
             .map_err(|e| bad(e.to_string()))?;
         let mut camera = sim.camera.clone();
         camera.light.seed = seed;

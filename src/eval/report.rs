@@ -41,6 +41,8 @@ pub struct EpisodeReport {
     pub plan: Vec<String>,
     /// The goal.
     pub goal: String,
+    /// Whether the goal really holds, where the simulator knows.
+    pub goal_in_simulator: Option<bool>,
     /// The facts believed at the end.
     pub facts: Vec<String>,
 }

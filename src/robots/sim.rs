@@ -30,6 +30,8 @@ pub struct SimConfig {
     pub scene: String,
     /// The simulated camera.
     pub camera: CameraSpec,
+    /// What the world is made of.
+    pub world: WorldConfig,
 }
 
 /// The simulated world as its actors share it.
@@ -90,7 +92,7 @@ impl SimHardware {
         let mut camera = sim.camera;
         camera.light.seed = config.seed;
         let scene = read_scene(&folder.path.join(&sim.scene))?;
-        let world = World::new(&scene, &WorldConfig::tabletop(), config.seed)
+        let world = World::new(&scene, &sim.world, config.seed)
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
         let faults = FaultSchedule::new(&config.fault)
             .map_err(|e| bad("fault.action", "a fault that the simulator knows", e))?;
