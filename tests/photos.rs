@@ -63,7 +63,7 @@ impl Labelled {
         let boxes = source(&file("annotated_bboxes", "json"));
         let path = file("problems", "pddl");
         let image_size = [picture.width(), picture.height()];
-        let text = ExemplarText { boxes, state: source(&path), image_size };
+        let text = ExemplarText { boxes, state: source(&path), image_size, volumes: None };
         let exemplar = Exemplar::parse(&text, domain).unwrap();
         Self { picture, exemplar, state: problem(&path, domain) }
     }
@@ -197,7 +197,8 @@ fn observed(predicate: &str, candidates: Option<&[&[&str]]>) -> ObservedSpec {
     let types = |c: &[&[&str]]| -> Vec<Vec<Name>> {
         c.iter().map(|slot| slot.iter().map(|&t| t.into()).collect()).collect()
     };
-    ObservedSpec { predicate: predicate.into(), feature: None, candidates: candidates.map(types) }
+    let (predicate, candidates) = (predicate.into(), candidates.map(types));
+    ObservedSpec { predicate, feature: None, feature_with_volumes: None, candidates }
 }
 
 /// The boxes that the authors' detector gave, with the types they recorded.
@@ -207,7 +208,8 @@ fn recorded_boxes(recorded: &Path, pair: &str, domain: &Domain) -> Vec<ObjectBox
     let stub = recorded.join(format!("object_stubs/objects_stub_{pair}.pddl"));
     let objects = stub_objects(&stub, domain).into_iter().filter_map(|typed| {
         let pixel_box = *boxes.get(&typed.name)?;
-        Some(ObjectBox { name: typed.name, type_name: typed.types[0].clone(), pixel_box })
+        let type_name = typed.types[0].clone();
+        Some(ObjectBox { name: typed.name, type_name, pixel_box, volume: None })
     });
     objects.collect()
 }

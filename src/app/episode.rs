@@ -9,9 +9,9 @@ use super::{RunError, SnapshotRequest};
 use crate::actors::{
     ActorSpec, Chaos, Fatal, Keep, scene_parser, skill_executor, snapshot, supervise,
 };
+use crate::config::DomainFolder;
 use crate::eval::{EpisodeEnd, EpisodeReport, Latencies};
 use crate::executive::Stop;
-use crate::config::DomainFolder;
 use crate::grounding::complete;
 use crate::messages::{GoalMessage, Scene};
 use crate::pddl::{Bindings, Universe, evaluate};

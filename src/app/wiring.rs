@@ -203,11 +203,7 @@ impl Prepared {
     }
 
     /// The actors that play the hardware in this process.
-    pub(super) fn hardware(
-        &self,
-        bus: &Bus,
-        shared: &Shared,
-    ) -> Result<Hardware, ConfigError> {
+    pub(super) fn hardware(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
         match self.config.camera.kind {
             CameraKind::External => Ok(Hardware::default()),
             CameraKind::Sim => self.simulated(bus, shared),
@@ -238,8 +234,7 @@ impl Prepared {
             camera::serve(bus_of_camera.clone(), camera, chaos.clone())
         });
         let oracle = Oracle::new(&self.folder, hardware.clone())?;
-        let truth =
-            oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
+        let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
         if self.config.robot.kind == RobotKind::None {
             return Ok(Hardware { actors: vec![camera], truth });
         }

@@ -11,10 +11,13 @@ use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
 use image::RgbImage;
 use serde::Deserialize;
 
+use super::sim::model_of;
 use crate::config::{ConfigError, DomainFolder, RunConfig, read_text};
-use crate::geometry::PixelBox;
+use crate::detectors::{DepthView, Detection, RowRun, volume_of};
+use crate::geometry::{CameraModel, PixelBox};
 use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
 use crate::robots::sim::{SimConfig, SimHardware, read_scene};
+use crate::scene::Volume;
 
 /// One labelled example, as its three files.
 #[derive(Debug, Clone)]
@@ -25,6 +28,8 @@ pub struct LabelledScene {
     pub image: RgbImage,
     /// Boxes as JSON.
     pub boxes: String,
+    /// Volumes as JSON: what the camera's depth says of them.
+    pub volumes: String,
     /// State as a PDDL problem.
     pub state: String,
     /// How many objects are labelled.
@@ -120,15 +125,16 @@ pub fn label_scene(
     for (i, path) in scenes.iter().enumerate() {
         let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
         let seed = config.seed.wrapping_add(i as u64);
-        let world = World::new(&read_scene(path)?, &sim.world, seed)
-            .map_err(|e| bad(e.to_string()))?;
+        let world =
+            World::new(&read_scene(path)?, &sim.world, seed).map_err(|e| bad(e.to_string()))?;
         let mut camera = sim.camera.clone();
         camera.light.seed = seed;
         let frame = renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
         let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example").to_owned();
+        let shot = Shot { frame: &frame, model: model_of(&camera), truth: world.truth() };
         labelled.push(
-            describe(name, &frame, &world.truth(), folder, &labels)
-                .ok_or_else(|| bad("the rendered frame has no pixels".to_owned()))?,
+            describe(name, &shot, folder, &labels)
+                .ok_or_else(|| bad("an object is hidden".to_owned()))?,
         );
     }
     Ok(labelled)
@@ -146,22 +152,30 @@ fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, ConfigError> {
     Ok(scenes)
 }
 
+/// One rendered scene.
+struct Shot<'a> {
+    frame: &'a Frame,
+    model: CameraModel,
+    truth: Truth,
+}
+
+/// `None` when an object cannot be seen well enough to have a box and a volume.
 fn describe(
     name: String,
-    frame: &Frame,
-    truth: &Truth,
+    shot: &Shot<'_>,
     folder: &DomainFolder,
     labels: &Labels,
 ) -> Option<LabelledScene> {
-    let boxes = visible_boxes(frame);
-    let seen: Vec<(&BodyTruth, PixelBox)> = truth
-        .bodies
-        .iter()
-        .enumerate()
-        .filter(|(_, body)| folder.perception.type_spec(&body.kind.into()).is_some())
-        .filter_map(|(i, body)| Some((body, *boxes.get(&(u16::try_from(i + 1).ok()?))?)))
-        .collect();
-    let bodies: Vec<&BodyTruth> = seen.iter().map(|(body, _)| *body).collect();
+    let Shot { frame, model, truth } = shot;
+    let depth = DepthView::new(frame.width as usize, frame.height as usize, &frame.depth_m).ok()?;
+    let mut seen: Vec<(&BodyTruth, PixelBox, Volume)> = Vec::new();
+    for (i, body) in truth.bodies.iter().enumerate() {
+        let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
+        let detection = visible(frame, u16::try_from(i + 1).ok()?, body)?;
+        let volume = volume_of(&detection, &depth, model, spec.depth)?;
+        seen.push((body, detection.pixel_box, volume));
+    }
+    let bodies: Vec<&BodyTruth> = seen.iter().map(|(body, ..)| *body).collect();
     let init = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
     let problem = Problem {
         name: Name::new(&name),
@@ -172,33 +186,55 @@ fn describe(
         goal: Condition::True,
         minimise_cost: false,
     };
-    let lines = seen
-        .iter()
-        .map(|(body, b)| format!("  \"{}\": [{}, {}, {}, {}]", body.name, b.x1, b.y1, b.x2, b.y2));
-    let boxes = format!("{{\n{}\n}}\n", lines.collect::<Vec<_>>().join(",\n"));
+    let boxes = seen.iter().map(|(body, b, _)| (&body.name, [b.x1, b.y1, b.x2, b.y2]));
+    let volumes = seen.iter().map(|(body, _, volume)| (&body.name, rounded(volume)));
+    let boxes: BTreeMap<_, _> = boxes.collect();
+    let volumes: BTreeMap<_, _> = volumes.collect();
     Some(LabelledScene {
         name,
         image: RgbImage::from_raw(frame.width, frame.height, frame.rgb.clone())?,
-        boxes,
+        boxes: lines(&boxes)?,
+        volumes: lines(&volumes)?,
         state: print_problem(&problem),
         n_objects: seen.len(),
     })
 }
 
-/// The box of every instance's visible pixels, by instance id.
-fn visible_boxes(frame: &Frame) -> BTreeMap<u16, PixelBox> {
-    let mut boxes: BTreeMap<u16, PixelBox> = BTreeMap::new();
-    for (i, id) in frame.ids.iter().enumerate().filter(|(_, id)| **id != 0) {
-        let (x, y) = ((i % frame.width as usize) as f64, (i / frame.width as usize) as f64);
-        let b = boxes.entry(*id).or_insert(PixelBox { x1: x, y1: y, x2: x, y2: y });
-        *b = PixelBox {
-            x1: b.x1.min(x),
-            y1: b.y1.min(y),
-            x2: b.x2.max(x + 1.0),
-            y2: b.y2.max(y + 1.0),
-        };
+/// One entry to a line.
+fn lines<T: serde::Serialize>(entries: &BTreeMap<&String, T>) -> Option<String> {
+    let line = |(name, value): (&&String, &T)| {
+        let (name, value) = (serde_json::to_string(name).ok()?, serde_json::to_string(value).ok()?);
+        Some(format!("  {name}: {value}"))
+    };
+    let lines: Option<Vec<String>> = entries.iter().map(line).collect();
+    Some(format!("{{\n{}\n}}\n", lines?.join(",\n")))
+}
+
+/// A volume to a tenth of a millimetre.
+fn rounded(volume: &Volume) -> Volume {
+    let round = |v: f64| (v * 1e4).round() / 1e4;
+    Volume { centre: volume.centre.map(round), extent: volume.extent.map(round) }
+}
+
+/// The visible pixels of one instance, as a detector would find them; `None` without any.
+fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
+    let width = frame.width as usize;
+    let mut mask: Vec<RowRun> = Vec::new();
+    for (i, _) in frame.ids.iter().enumerate().filter(|(_, found)| **found == id) {
+        let (x, y) = (u32::try_from(i % width).ok()?, u32::try_from(i / width).ok()?);
+        match mask.last_mut() {
+            Some(run) if run.y == y && run.x_end == x => run.x_end += 1,
+            _ => mask.push(RowRun { y, x_start: x, x_end: x + 1 }),
+        }
     }
-    boxes
+    let pixel_box = PixelBox {
+        x1: f64::from(mask.iter().map(|r| r.x_start).min()?),
+        y1: f64::from(mask.first()?.y),
+        x2: f64::from(mask.iter().map(|r| r.x_end).max()?),
+        y2: f64::from(mask.last()?.y + 1),
+    };
+    let type_name = Name::new(body.kind);
+    Some(Detection { label: type_name.clone(), type_name, pixel_box, score: 1.0, mask })
 }
 
 impl Label {

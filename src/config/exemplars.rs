@@ -39,6 +39,10 @@ pub fn exemplar_from_files(
     let text = ExemplarText {
         boxes: source(boxes)?,
         state: source(state)?,
+        volumes: Some(boxes.with_extension("volumes.json"))
+            .filter(|path| path.is_file())
+            .map(|path| source(&path))
+            .transpose()?,
         image_size: [picture.width(), picture.height()],
     };
     let exemplar = Exemplar::parse(&text, &folder.domain)?;
@@ -92,7 +96,8 @@ impl ExemplarConfig {
     }
 }
 
-/// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`).
+/// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and for
+/// cameras with depth `x.volumes.json`.
 fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
     let fault = |path: &Path, reason: String| ConfigError::File {
         path: path.display().to_string(),
@@ -102,6 +107,7 @@ fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
     let mut boxes: Vec<PathBuf> = entries
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| path.extension().is_some_and(|e| e == "json"))
+        .filter(|path| !path.to_string_lossy().ends_with(".volumes.json"))
         .collect();
     boxes.sort();
     if boxes.is_empty() {

@@ -257,6 +257,9 @@ mod tests {
             canvas.fill([x, 80, x + 8, 180], wood);
         }
         canvas.fill([150, 140, 168, 146], [90, 92, 96]);
+        for x in [230, 250] {
+            canvas.fill([x, 120, x + 8, 200], [90, 92, 96]); // fingers that cut the board up
+        }
         canvas.fill([70, 164, 118, 180], [30, 60, 200]);
         let expect = [
             ("blue_disk", [70.0, 164.0, 118.0, 180.0]),
@@ -276,6 +279,7 @@ mod tests {
             name: "red_block".into(),
             type_name: "block".into(),
             pixel_box: PixelBox::from([20.0, 3.0, 33.0, 9.0]),
+            volume: None,
         };
         let message = detector.learn(&canvas.view(), &[object]).unwrap_err().to_string();
         assert_eq!(message, "red_block: expected a box inside the 32 x 24 image");

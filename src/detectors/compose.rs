@@ -52,7 +52,12 @@ pub fn ground_image(
     let boxes: Vec<ObjectBox> = names
         .into_iter()
         .zip(&detections)
-        .map(|(name, d)| ObjectBox { name, type_name: d.type_name.clone(), pixel_box: d.pixel_box })
+        .map(|(name, d)| ObjectBox {
+            name,
+            type_name: d.type_name.clone(),
+            pixel_box: d.pixel_box,
+            volume: None,
+        })
         .collect();
     let seen = boxes.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));
     let implied =

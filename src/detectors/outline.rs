@@ -98,10 +98,14 @@ pub(super) fn find(mask: &BitMask, spec: &TypeSpec, limits: &SizeLimits) -> Vec<
             regions(&mask).into_iter().flat_map(|r| split_at_waists(r, limits)).collect()
         }
         Shape::Post { base_width_min } => {
-            let base_width = pixels(base_width_min);
-            let base = mask.open(base_width, 1).grow(BASE_MARGIN, BASE_MARGIN);
-            let standing = mask.without(&base).open(open_x, open_y);
-            join_columns(regions(&standing).into_iter().filter(is_upright).collect())
+            let base = mask.open(pixels(base_width_min), 1);
+            let standing = mask.without(&base.grow(BASE_MARGIN, BASE_MARGIN)).open(open_x, open_y);
+            // Pieces of a base that something in front cuts up hardly rise above it.
+            let base_top = regions(&base).first().map_or(f64::INFINITY, |r| r.pixel_box().y1);
+            let least = limits.accepted.height[0];
+            let rises = |b: PixelBox| b.height() > b.width() && b.y1 + least <= base_top;
+            let pieces = regions(&standing).into_iter().filter(|r| rises(r.pixel_box()));
+            join_columns(pieces.collect())
         }
     };
     found.into_iter().filter(|region| fits(region, spec, limits)).collect()
@@ -114,11 +118,6 @@ fn fits(region: &Region, spec: &TypeSpec, limits: &SizeLimits) -> bool {
         && spec.aspect[0] <= aspect
         && aspect <= spec.aspect[1]
         && region.area() as f64 >= spec.fill_min * b.area()
-}
-
-fn is_upright(region: &Region) -> bool {
-    let b = region.pixel_box();
-    b.height() > b.width()
 }
 
 /// Joins pieces that stand in one column: a bar with something in front of its middle.

@@ -10,6 +10,7 @@ use thiserror::Error;
 use super::ObjectBox;
 use crate::geometry::PixelBox;
 use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
+use crate::scene::Volume;
 
 /// One labelled example.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,8 @@ pub struct ExemplarText {
     pub state: SourceText,
     /// Width and height of the image, in pixels.
     pub image_size: [u32; 2],
+    /// `{"name": {"centre": [x, y, z], "extent": [x, y, z]}, …}` in metres, for cameras with depth.
+    pub volumes: Option<SourceText>,
 }
 
 /// One or more labelled examples of one camera set-up, pooled.
@@ -45,7 +48,7 @@ pub struct Exemplars {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ExemplarError {
     /// The box file is not a JSON object of four-number lists.
-    #[error("{file}: expected {{\"name\": [x1, y1, x2, y2], …}}: {message}")]
+    #[error("{file}: {message}")]
     Form {
         /// The file.
         file: String,
@@ -98,7 +101,34 @@ impl Exemplar {
         let boxes = json.deserialize_map(BoxList).map_err(form)?;
         json.end().map_err(form)?;
         let declared: Vec<Typed> = state.objects.iter().chain(&domain.constants).cloned().collect();
-        Self::new(&text.boxes.name, text.image_size, &boxes, (&declared, state.init))
+        let mut example =
+            Self::new(&text.boxes.name, text.image_size, &boxes, (&declared, state.init))?;
+        if let Some(volumes) = &text.volumes {
+            example.add_volumes(volumes)?;
+        }
+        Ok(example)
+    }
+
+    /// Gives each object its volume.
+    fn add_volumes(&mut self, text: &SourceText) -> Result<(), ExemplarError> {
+        let volumes: BTreeMap<Name, Volume> = serde_json::from_str(&text.text)
+            .map_err(|e| ExemplarError::Form { file: text.name.clone(), message: e.to_string() })?;
+        for (name, volume) in volumes {
+            let fail = |expected: &str, got: String| ExemplarError::Box {
+                file: text.name.clone(),
+                object: name.to_string(),
+                expected: expected.to_owned(),
+                got,
+            };
+            if !volume.is_valid() {
+                return Err(fail("finite numbers and positive extents", format!("{volume:?}")));
+            }
+            let Some(object) = self.objects.iter_mut().find(|object| object.name == name) else {
+                return Err(fail("an object that has a box", "none".to_owned()));
+            };
+            object.volume = Some(volume);
+        }
+        Ok(())
     }
 
     /// Makes a labelled example from boxes and a state: its declared objects and what holds.
@@ -140,7 +170,8 @@ impl Exemplar {
                 return Err(fail("an object that the state declares", "none".to_owned()));
             };
             let type_name = type_name.cloned().unwrap_or_else(|| "object".into());
-            objects.push(ObjectBox { name: object.clone(), type_name, pixel_box: *pixel_box });
+            let (name, pixel_box) = (object.clone(), *pixel_box);
+            objects.push(ObjectBox { name, type_name, pixel_box, volume: None });
         }
         Ok(Self { name: name.to_owned(), image_size, objects, init })
     }
@@ -166,6 +197,11 @@ impl Exemplars {
     /// The examples, in the order given.
     pub fn examples(&self) -> &[Exemplar] {
         &self.examples
+    }
+
+    /// Whether every object of every example has a volume.
+    pub fn have_volumes(&self) -> bool {
+        self.examples.iter().flat_map(|e| &e.objects).all(|object| object.volume.is_some())
     }
 
     /// Width and height of the images, in pixels. A frame of another size cannot be grounded.
@@ -207,7 +243,10 @@ mod tests {
         let domain = parse_domain(&SourceText::new("d.pddl", domain)).unwrap().value;
         let boxes = SourceText::new("boxes.json", boxes);
         let state = SourceText::new("state.pddl", STATE);
-        Exemplar::parse(&ExemplarText { boxes, state, image_size: [64, 48] }, &domain)
+        Exemplar::parse(
+            &ExemplarText { boxes, state, image_size: [64, 48], volumes: None },
+            &domain,
+        )
     }
 
     #[track_caller]

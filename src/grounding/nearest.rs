@@ -3,7 +3,6 @@
 use super::candidates::{CandidateSlots, slots, tuples};
 use super::features::{Feature, default_feature, distance, feature_by_name};
 use super::{Exemplars, Grounder, ObjectBox, ObservedSpec, Perception, PerceptionError};
-use crate::geometry::PixelBox;
 use crate::pddl::{Atom, Domain, Name, Types};
 
 /// A judged tuple with what the judgement rests on.
@@ -123,23 +122,15 @@ impl Table {
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
         let slots = slots(domain, spec)?;
-        let feature = match &spec.feature {
-            Some(name) => feature_by_name(name),
-            None => default_feature(slots.len()),
-        };
-        let Some(feature) = feature.filter(|f| f.arity == slots.len()) else {
-            return Err(PerceptionError::Value {
-                field: format!("observed.{}.feature", spec.predicate),
-                expected: format!("a feature of {} objects", slots.len()),
-                got: spec.feature.clone().unwrap_or_else(|| "none".to_owned()),
-            });
-        };
+        let feature = choose_feature(spec, slots.len(), exemplars)?;
         let predicate = spec.predicate.clone();
         let (positives, negatives) = (Vec::new(), Vec::new());
         let mut table = Self { predicate, slots, feature, positives, negatives };
         for exemplar in exemplars.examples() {
             for tuple in tuples(&domain.types, &table.slots, &exemplar.objects) {
-                let (atom, vector) = table.describe(&exemplar.objects, &tuple);
+                let Some((atom, vector)) = table.describe(&exemplar.objects, &tuple) else {
+                    continue;
+                };
                 let holds = exemplar.init.contains(&atom);
                 let evidence = Evidence { exemplar: exemplar.name.clone(), atom };
                 let side = if holds { &mut table.positives } else { &mut table.negatives };
@@ -149,14 +140,16 @@ impl Table {
         Ok(table)
     }
 
-    fn describe(&self, objects: &[ObjectBox], tuple: &[usize]) -> (Atom, Vec<f64>) {
-        let args = tuple.iter().map(|&i| objects[i].name.clone()).collect();
-        let boxes: Vec<PixelBox> = tuple.iter().map(|&i| objects[i].pixel_box).collect();
-        (Atom { predicate: self.predicate.clone(), args }, (self.feature.compute)(&boxes))
+    /// A tuple as an atom and a vector; `None` when the feature needs what an object lacks.
+    fn describe(&self, objects: &[ObjectBox], tuple: &[usize]) -> Option<(Atom, Vec<f64>)> {
+        let objects: Vec<&ObjectBox> = tuple.iter().map(|&i| &objects[i]).collect();
+        let args = objects.iter().map(|object| object.name.clone()).collect();
+        let vector = (self.feature.compute)(&objects)?;
+        Some((Atom { predicate: self.predicate.clone(), args }, vector))
     }
 
     fn judge(&self, objects: &[ObjectBox], tuple: &[usize]) -> Option<Judged> {
-        let (atom, vector) = self.describe(objects, tuple);
+        let (atom, vector) = self.describe(objects, tuple)?;
         let (d_pos, nearest_pos) = nearest(&self.positives, &vector)?;
         let (d_neg, nearest_neg) = nearest(&self.negatives, &vector)?;
         Some(Judged {
@@ -168,6 +161,25 @@ impl Table {
             nearest_neg: nearest_neg.clone(),
         })
     }
+}
+
+/// The feature that a predicate is judged by: the one for volumes where every example has them.
+fn choose_feature(
+    spec: &ObservedSpec,
+    arity: usize,
+    exemplars: &Exemplars,
+) -> Result<&'static Feature, PerceptionError> {
+    let with_volumes = spec.feature_with_volumes.as_ref().filter(|_| exemplars.have_volumes());
+    let name = with_volumes.or(spec.feature.as_ref());
+    let feature = match name {
+        Some(name) => feature_by_name(name),
+        None => default_feature(arity),
+    };
+    feature.filter(|f| f.arity == arity).ok_or_else(|| PerceptionError::Value {
+        field: format!("observed.{}.feature", spec.predicate),
+        expected: format!("a feature of {arity} objects"),
+        got: name.cloned().unwrap_or_else(|| "none".to_owned()),
+    })
 }
 
 /// The nearest example; of several equally near, the first by name, so that order is no matter.
@@ -183,6 +195,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geometry::PixelBox;
     use crate::grounding::Exemplar;
     use crate::pddl::{SourceText, Typed, parse_domain};
 
@@ -192,7 +205,12 @@ mod tests {
     }
 
     fn on() -> Vec<ObservedSpec> {
-        vec![ObservedSpec { predicate: "on".into(), feature: None, candidates: None }]
+        vec![ObservedSpec {
+            predicate: "on".into(),
+            feature: None,
+            feature_with_volumes: None,
+            candidates: None,
+        }]
     }
 
     fn boxes(list: &[(&str, [f64; 4])]) -> Vec<ObjectBox> {
@@ -200,6 +218,7 @@ mod tests {
             name: (*name).into(),
             type_name: "block".into(),
             pixel_box: PixelBox::from(*edges),
+            volume: None,
         };
         list.iter().map(object).collect()
     }
@@ -267,6 +286,7 @@ mod tests {
                     name: Name::new(format!("o{i}")),
                     type_name: "block".into(),
                     pixel_box: PixelBox::from([*x, *y, x + 10.0, y + 10.0]),
+                    volume: None,
                 })
                 .collect();
             let mut shuffled = objects.clone();

@@ -2,6 +2,7 @@
 
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
+use crate::scene::Volume;
 
 /// A named, typed box in the image.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,4 +13,6 @@ pub struct ObjectBox {
     pub type_name: Name,
     /// Its box, in pixels of the image it was seen in.
     pub pixel_box: PixelBox,
+    /// Its volume in the world frame, where depth and camera pose are known.
+    pub volume: Option<Volume>,
 }

@@ -135,6 +135,8 @@ pub struct ObservedSpec {
     pub predicate: Name,
     /// The feature it is judged by; without one, the default of its arity.
     pub feature: Option<String>,
+    /// The feature used instead where depth gives every example and object its volume.
+    pub feature_with_volumes: Option<String>,
     /// Types per argument where they differ from the domain's declaration.
     pub candidates: Option<Vec<Vec<Name>>>,
 }
@@ -340,13 +342,16 @@ impl ObservedSpec {
         if n != 1 && n != 2 {
             return Err(value(field, "a predicate of one or two objects", format!("{n}")));
         }
-        if let Some(name) = &self.feature {
+        for (key, name) in
+            [("feature", &self.feature), ("feature_with_volumes", &self.feature_with_volumes)]
+        {
+            let Some(name) = name else { continue };
             let Some(feature) = feature_by_name(name) else {
-                return Err(value(format!("{field}.feature"), "a known feature", name));
+                return Err(value(format!("{field}.{key}"), "a known feature", name));
             };
             if feature.arity != n {
                 let expected = format!("a feature of {n} objects");
-                return Err(value(format!("{field}.feature"), &expected, name));
+                return Err(value(format!("{field}.{key}"), &expected, name));
             }
         }
         match &self.candidates {

@@ -155,6 +155,7 @@ impl SceneParser {
                 name: t.name.clone(),
                 type_name: t.type_name.clone(),
                 pixel_box: t.pixel_box,
+                volume: t.volume,
             })
             .collect();
         let judged = config.grounder.ground(&boxes).into_iter().map(|judged| {

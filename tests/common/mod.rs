@@ -19,11 +19,8 @@ use groundloop::transport::BusConfig;
 use tokio::sync::watch;
 
 /// Overrides that make the simulated camera small, and use its labelled examples.
-pub const SMALL_CAMERA: [&str; 3] = [
-    "sim.camera.width=320",
-    "sim.camera.height=240",
-    "perception.exemplar.folder=sim_320x240",
-];
+pub const SMALL_CAMERA: [&str; 3] =
+    ["sim.camera.width=320", "sim.camera.height=240", "perception.exemplar.folder=sim_320x240"];
 
 /// A path below the project.
 pub fn project(path: &str) -> PathBuf {

@@ -1,0 +1,11 @@
+(define (problem b_high_tower)
+  (:domain blocksworld)
+  (:objects red_block - block blue_block - block green_block - block yellow_block - block purple_block - block orange_block - block pink_block - block cyan_block - block)
+  (:init
+    (on green_block yellow_block)
+    (on orange_block purple_block)
+    (on pink_block blue_block)
+    (on red_block green_block)
+    (on yellow_block orange_block))
+  (:goal (and))
+)

@@ -1,0 +1,7 @@
+(define (problem c_close_and_apart)
+  (:domain blocksworld)
+  (:objects red_block - block blue_block - block green_block - block yellow_block - block purple_block - block orange_block - block pink_block - block cyan_block - block)
+  (:init
+    (on cyan_block orange_block))
+  (:goal (and))
+)
