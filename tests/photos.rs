@@ -104,7 +104,7 @@ fn see(shipped: &Shipped, exemplar: &Labelled, test: &Labelled) -> GroundedImage
     ground_image(&pipeline, &mut detector, &test.view(), &Grip::Empty).unwrap()
 }
 
-/// Objects that are missed or invented, one line each; a box counts from an IoU of 0.5.
+/// Objects that are missed or invented, one line each; a box counts when it overlaps by half.
 fn box_faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
     let truth = &test.exemplar.objects;
     let found = |o: &&ObjectBox| {

@@ -307,7 +307,8 @@ impl World {
         }
     }
 
-    /// The level direction in which the group would fall with most room around it.
+    /// The level direction in which the group would fall with most room around it, more to the
+    /// side than along y: a camera at low y then sees what has fallen beside what still stands.
     fn roomiest_direction(&mut self, idx: usize, group: &[usize]) -> Vector3<f64> {
         const N_DIRECTIONS: usize = 16;
         let obstacles = self.obstacles(group);
@@ -327,8 +328,10 @@ impl World {
             let place = |r: f64| [at.x + r * direction.x, at.y + r * direction.y];
             reach.iter().map(|&r| places.room_m(place(r))).fold(f64::MAX, f64::min)
         };
+        let sideways = |direction: &Vector3<f64>| direction.x.abs() > 2.0 * direction.y.abs();
         (0..N_DIRECTIONS)
             .map(direction)
+            .filter(sideways)
             .max_by(|a, b| room(a).total_cmp(&room(b)))
             .unwrap_or_else(Vector3::x)
     }

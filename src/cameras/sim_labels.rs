@@ -172,7 +172,7 @@ fn describe(
     for (i, body) in truth.bodies.iter().enumerate() {
         let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
         let detection = visible(frame, u16::try_from(i + 1).ok()?, body)?;
-        let volume = volume_of(&detection, &depth, model, spec.depth)?;
+        let volume = volume_of(&detection, &depth, model, spec.depth)?.volume;
         seen.push((body, detection.pixel_box, volume));
     }
     let bodies: Vec<&BodyTruth> = seen.iter().map(|(body, ..)| *body).collect();

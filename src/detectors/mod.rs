@@ -21,7 +21,7 @@ pub use compose::{GroundedImage, Pipeline, ground_image};
 pub use detection::{Detection, RowRun};
 pub use image::{ImageError, ImageView};
 pub use naming::{label_of, name_detections};
-pub use volume::{DepthError, DepthView, volume_of};
+pub use volume::{CutSides, DepthError, DepthView, Measured, volume_of};
 
 use thiserror::Error;
 

@@ -58,19 +58,47 @@ impl<'a> DepthView<'a> {
     }
 }
 
+/// What depth says of a detected object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The volume of what is visible of it.
+    pub volume: Volume,
+    /// Sides on which something nearer, or the image's edge, hides how far it reaches.
+    pub cut: CutSides,
+}
+
+/// Sides of a visible volume that are not the object's own.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CutSides {
+    /// Lowest x.
+    pub left: bool,
+    /// Highest x.
+    pub right: bool,
+    /// Lowest z.
+    pub bottom: bool,
+}
+
+/// Something is in front when it is nearer by more than this, in metres.
+const NEARER_M: f64 = 0.015;
+/// How far beyond an edge of the mask its surroundings are looked at, in pixels.
+const BEYOND_PX: i64 = 3;
+/// An edge is told by this share of its rows or columns, or it counts as cut.
+const WHOLE_SHARE_MIN: f64 = 0.25;
+
 /// The world volume of a detected object; `None` with too few depth pixels.
 ///
 /// The camera looks along world y (x to the right, z up), level or from above. What it sees of an
 /// object is its front and top: left and right are taken from the ends of the mask's rows, bottom
 /// and top from the ends of its columns, the front from the lower ends of the middle columns; how
 /// deep the object is follows from `rule`. Quantiles stand in for extremes, against noise and stray
-/// pixels. With something in front of it, the front comes out too far.
+/// pixels. Ends beyond which something nearer lies are left out as long as others tell the edge;
+/// otherwise the side is reported as cut.
 pub fn volume_of(
     detection: &Detection,
     depth: &DepthView<'_>,
     camera: &CameraModel,
     rule: DepthRule,
-) -> Option<Volume> {
+) -> Option<Measured> {
     let lift = |column: f64, row: f64, depth_m: f64| -> Option<Point3<f64>> {
         camera.lift(Point2::new(column, row), depth_m).ok()
     };
@@ -81,26 +109,96 @@ pub fn volume_of(
     if pixels.filter(|&(x, y)| depth.at(x, y).is_some()).take(PIXELS_MIN).count() < PIXELS_MIN {
         return None;
     }
+    let (rows, columns) = (row_ends(&detection.mask), column_ends(&detection.mask));
     // Half a pixel outwards: to the edge of the last pixel, not to its middle.
-    let rows = row_ends(&detection.mask);
-    let left = rows.iter().filter_map(|r| pixel(r.x_start, r.y, -0.5, 0.0)).map(|p| p.x);
-    let right = rows.iter().filter_map(|r| pixel(r.x_end - 1, r.y, 0.5, 0.0)).map(|p| p.x);
-    let (left, right) = (quantile(left, 0.1)?, quantile(right, 0.9)?);
-    let columns = column_ends(&detection.mask);
+    let left = Edge::of(rows.iter().filter_map(|r| {
+        let hidden = depth.is_covered((r.x_start, r.y), (-BEYOND_PX, 0));
+        Some((pixel(r.x_start, r.y, -0.5, 0.0)?.x, hidden))
+    }));
+    let right = Edge::of(rows.iter().filter_map(|r| {
+        let hidden = depth.is_covered((r.x_end - 1, r.y), (BEYOND_PX, 0));
+        Some((pixel(r.x_end - 1, r.y, 0.5, 0.0)?.x, hidden))
+    }));
+    let bottom = Edge::of(columns.iter().filter_map(|c| {
+        let hidden = depth.is_covered((c.x, c.y_last), (0, BEYOND_PX));
+        Some((pixel(c.x, c.y_last, 0.0, 0.5)?.z, hidden))
+    }));
     let top = columns.iter().filter_map(|c| pixel(c.x, c.y_first, 0.0, 0.0)).map(|p| p.z);
-    let bottom = columns.iter().filter_map(|c| pixel(c.x, c.y_last, 0.0, 0.5)).map(|p| p.z);
-    let (bottom, top) = (quantile(bottom, 0.5)?, quantile(top, 0.75)?);
+    let cut = CutSides { left: left.is_cut, right: right.is_cut, bottom: bottom.is_cut };
+    let (left, right) = (quantile(left.ends, 0.1)?, quantile(right.ends, 0.9)?);
+    let (bottom, top) = (quantile(bottom.ends, 0.5)?, quantile(top.collect(), 0.75)?);
     let front = columns
         .iter()
         .flat_map(|c| c.lowest_quarter().filter_map(|y| pixel(c.x, y, 0.0, 0.0)))
         .filter(|p| (p.x - f64::midpoint(left, right)).abs() <= (right - left) / 6.0);
-    let front = quantile(front.map(|p| p.y), 0.35)?;
+    let front = quantile(front.map(|p| p.y).collect(), 0.35)?;
     let extent_y = match rule {
         DepthRule::AsWide => right - left,
     };
     let centre =
         Point3::new(f64::midpoint(left, right), front + extent_y / 2.0, f64::midpoint(bottom, top));
-    Some(Volume { centre, extent: [right - left, extent_y, top - bottom] })
+    let volume = Volume { centre, extent: [right - left, extent_y, top - bottom] };
+    Some(Measured { volume, cut })
+}
+
+impl Measured {
+    /// The whole object, given how large it is known to be: a side that is cut is put where the
+    /// opposite side says. `None` when both ends of x are cut, and nothing says where it is.
+    pub fn completed(&self, known: &Volume) -> Option<Volume> {
+        let Self { volume, cut } = self;
+        let ([x_low, x_high], [_, z_high]) = (volume.span(0), volume.span(2));
+        let [width, depth, height] = known.extent;
+        let (x_low, x_high) = match (cut.left, cut.right) {
+            (true, true) => return None,
+            (true, false) => (x_high - width, x_high),
+            (false, true) => (x_low, x_low + width),
+            (false, false) => (x_low, x_high),
+        };
+        let is_cut = cut.left || cut.right;
+        let extent_y = if is_cut { depth } else { volume.extent[1] };
+        let extent_z = if cut.bottom { height } else { volume.extent[2] };
+        let front = volume.span(1)[0];
+        Some(Volume {
+            centre: Point3::new(
+                f64::midpoint(x_low, x_high),
+                front + extent_y / 2.0,
+                z_high - extent_z / 2.0,
+            ),
+            extent: [x_high - x_low, extent_y, extent_z],
+        })
+    }
+}
+
+/// Where an edge is, told by the ends of rows or columns.
+struct Edge {
+    ends: Vec<f64>,
+    is_cut: bool,
+}
+
+impl Edge {
+    /// From each end's coordinate and whether something nearer lies beyond it.
+    fn of(ends: impl Iterator<Item = (f64, bool)>) -> Self {
+        let ends: Vec<(f64, bool)> = ends.collect();
+        let n_whole = ends.iter().filter(|(_, hidden)| !hidden).count();
+        let is_cut = (n_whole as f64) < WHOLE_SHARE_MIN * ends.len() as f64;
+        let used = ends.iter().filter(|(_, hidden)| is_cut || !hidden);
+        Self { ends: used.map(|(end, _)| *end).collect(), is_cut }
+    }
+}
+
+impl DepthView<'_> {
+    /// Whether what lies `beyond` (columns, rows) a pixel is nearer than it, or outside the image.
+    fn is_covered(&self, (x, y): (u32, u32), beyond: (i64, i64)) -> bool {
+        let (x2, y2) = (i64::from(x) + beyond.0, i64::from(y) + beyond.1);
+        let (Ok(x2), Ok(y2)) = (u32::try_from(x2), u32::try_from(y2)) else { return true };
+        if x2 as usize >= self.width || y2 as usize >= self.depth_m.len() / self.width {
+            return true;
+        }
+        match (self.at(x, y), self.at(x2, y2)) {
+            (Some(here), Some(there)) => there < here - NEARER_M,
+            _ => false,
+        }
+    }
 }
 
 /// First and last column of each row.
@@ -147,8 +245,7 @@ fn column_ends(mask: &[RowRun]) -> Vec<ColumnEnds> {
 }
 
 /// The value below which a share of the values lies; `None` without values.
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     let index = ((values.len().checked_sub(1)?) as f64 * share).round() as usize;
     let (_, value, _) = values.select_nth_unstable_by(index, f64::total_cmp);
     Some(*value)
@@ -221,9 +318,26 @@ mod tests {
             mask,
         };
         let depth = DepthView::new(width, height, &depth_m).unwrap();
-        let lifted = volume_of(&detection, &depth, &camera, DepthRule::AsWide).unwrap();
+        let measured = volume_of(&detection, &depth, &camera, DepthRule::AsWide).unwrap();
+        assert_eq!(measured.cut, CutSides::default());
+        let lifted = measured.volume;
         let off = (lifted.centre - volume.centre).abs().max();
         assert!(off < tolerance_m, "{lifted:?} for {volume:?}");
+    }
+
+    #[test]
+    fn a_cut_side_is_put_where_the_known_size_says() {
+        let whole = Volume { centre: Point3::new(0.1, 0.2, 0.025), extent: [0.05; 3] };
+        let visible =
+            Volume { centre: Point3::new(0.115, 0.185, 0.035), extent: [0.02, 0.02, 0.03] };
+        let cut = CutSides { left: true, right: false, bottom: true };
+        let completed = Measured { volume: visible, cut }.completed(&whole).unwrap();
+        assert!((completed.centre - whole.centre).norm() < 1e-9, "{completed:?}");
+        assert!(completed.extent.iter().all(|e| (e - 0.05).abs() < 1e-9), "{completed:?}");
+        let both = CutSides { left: true, right: true, bottom: false };
+        assert_eq!(Measured { volume: visible, cut: both }.completed(&whole), None);
+        let measured = Measured { volume: visible, cut: CutSides::default() };
+        assert_eq!(measured.completed(&whole), Some(visible));
     }
 
     #[test]

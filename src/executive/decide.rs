@@ -17,7 +17,9 @@ impl Executive {
         if let Some(verdict) = self.spent(cycle) {
             return Answer::End(verdict);
         }
-        if matches!(self.phase, Phase::Settling(_)) {
+        let unheard =
+            self.failed_cycle.is_some_and(|failed| cycle.input.plan.cause.cycle <= failed);
+        if unheard || matches!(self.phase, Phase::Settling(_)) {
             return Answer::Command(CommandKind::Continue);
         }
         let plan = cycle.input.plan.verdict.clone();

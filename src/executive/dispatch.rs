@@ -100,7 +100,10 @@ impl Executive {
         let limit = cycle.config.limits.revisits_max;
         (visits > limit + 1).then(|| Verdict::GaveUp {
             limit: Limit::Revisits,
-            detail: format!("going in circles: the same state was left {limit} times before"),
+            detail: format!(
+                "going in circles: the same state was left {} times before",
+                visits - 1
+            ),
         })
     }
 

@@ -107,6 +107,8 @@ pub struct Executive {
     last_command_id: u64,
     n_outcomes: u64,
     failures: BTreeMap<Step, u32>,
+    /// The cycle of the last failure: its plan does not know of it yet.
+    failed_cycle: Option<u64>,
     looks: u32,
     unseen_frames: u32,
     visits: BTreeMap<String, u32>,

@@ -114,6 +114,7 @@ impl Executive {
     /// Counts a failure and tells planner and people.
     pub(super) fn fail(&mut self, cycle: &mut Cycle<'_>, step: &Step, reason: String) {
         self.counts.skills_failed += 1;
+        self.failed_cycle = Some(cycle.input.plan.cause.cycle);
         let failures = self.failures.entry(step.clone()).or_default();
         *failures += 1;
         let failures = *failures;

@@ -271,7 +271,7 @@ mod tests {
         check(r#"{"a": [-1, 2, 6, 4]}"#, "a: expected a box inside");
         check(r#"{"A": [1, 2, 3, 4], "a": [1, 2, 3, 4]}"#, "a: expected one box per object");
         check(r#"{"c": [1, 2, 3, 4]}"#, "c: expected an object that the state declares");
-        check(r#"{"a": [1, 2, 3]}"#, "boxes.json: expected {\"name\": [x1, y1, x2, y2], …}");
+        check(r#"{"a": [1, 2, 3]}"#, "boxes.json: invalid length 3, expected an array of length 4");
         check(r#"{"a": [1, 2, 3, null]}"#, "line 1");
         check(r#"{"a": [1, 2, 3, 4]} x"#, "trailing");
         check("[]", "an object whose values are lists");

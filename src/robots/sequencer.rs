@@ -79,6 +79,10 @@ impl Sequencer {
             }
             CommandKind::Hold => {
                 let here = arm.tool();
+                // The motion is over: having arrived here is not having reached its next point.
+                if let Some(progress) = &mut self.running {
+                    progress.ending.get_or_insert(StatusKind::BrokenOff);
+                }
                 // A refusal leaves the arm where its last target is: it stands still there, too.
                 arm.go(here).err().map(StatusKind::Failed)
             }

@@ -290,9 +290,9 @@ fn step_of(label: &str) -> Option<Step> {
 /// A detection with its place in the world.
 fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection) -> Sighting {
     let spec = config.perception.type_spec(&detection.type_name);
-    let volume = match (spec, &context.depth, context.model) {
+    let measured = match (spec, &context.depth, context.model) {
         (Some(spec), Some(depth), Some(model)) => volume_of(&detection, depth, model, spec.depth),
         _ => None,
     };
-    Sighting { detection, volume }
+    Sighting { detection, measured }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::BeliefConfig;
 use super::occlusion::is_covered;
-use crate::detectors::{Detection, name_detections};
+use crate::detectors::{Detection, Measured, name_detections};
 use crate::geometry::PixelBox;
 use crate::grounding::Perception;
 use crate::pddl::Name;
@@ -50,7 +50,7 @@ pub(super) struct Tracker {
 #[derive(Debug, Clone)]
 pub(super) struct Sighting {
     pub(super) detection: Detection,
-    pub(super) volume: Option<Volume>,
+    pub(super) measured: Option<Measured>,
 }
 
 impl Tracker {
@@ -102,7 +102,8 @@ impl Tracker {
     /// Detections that fit no track become candidates, or confirm those of the last frame.
     fn propose(&mut self, born: Vec<Sighting>) {
         let before = std::mem::take(&mut self.candidates);
-        for Sighting { detection, volume } in born {
+        for Sighting { detection, measured } in born {
+            let volume = measured.map(|measured| measured.volume);
             let goes_on = before.iter().find(|c| {
                 c.detection.type_name == detection.type_name
                     && c.detection.label == detection.label
@@ -185,7 +186,12 @@ impl Track {
         self.score = sighting.detection.score;
         self.seen_ns = capture_ns;
         self.hidden_frames = 0;
-        self.volume = match (self.volume, sighting.volume) {
+        let measured = match (self.volume, sighting.measured) {
+            (Some(known), Some(measured)) => measured.completed(&known),
+            (None, Some(measured)) => Some(measured.volume),
+            (_, None) => None,
+        };
+        self.volume = match (self.volume, measured) {
             (Some(old), Some(new)) => Some(smooth(old, new)),
             (old, new) => new.or(old),
         };

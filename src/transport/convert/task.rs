@@ -317,8 +317,8 @@ pub fn plan_to_wire(
         }
         PlanVerdict::Missing { objects } => {
             header.verdict = 5;
-            let names: Vec<&str> = objects.iter().map(Name::as_str).collect();
-            names.join(" ")
+            records = objects.iter().map(missing_to_wire).collect::<Result<_, _>>()?;
+            String::new()
         }
     };
     header.detail = text_to_wire(&detail);
@@ -347,10 +347,18 @@ pub fn plan_from_wire(
         1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
         3 => PlanVerdict::OutOfBudget { limit: detail },
         4 => PlanVerdict::Unsupported { feature: detail },
-        5 => PlanVerdict::Missing { objects: detail.split_whitespace().map(Name::new).collect() },
+        5 => {
+            let objects = records.iter().map(|r| name_from_wire("missing object", &r.action));
+            PlanVerdict::Missing { objects: objects.collect::<Result<_, _>>()? }
+        }
         other => return Err(WireError::new("plan verdict", "0 to 5", other)),
     };
     Ok(PlanMessage { cause, verdict, plan_us: header.stage_us[0] })
+}
+
+/// An object that nobody has seen travels as a step without arguments.
+fn missing_to_wire(object: &Name) -> Result<StepRecord, WireError> {
+    Ok(StepRecord { action: name_to_wire(object)?, ..StepRecord::default() })
 }
 
 fn step_to_wire(step: &Step) -> Result<StepRecord, WireError> {
