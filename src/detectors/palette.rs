@@ -32,12 +32,26 @@ const LEARNT_SHARE: f32 = 0.3;
 /// but by no more than this: what one object shows of its colour says little about others.
 const LEARNT_MAX: f32 = 0.06;
 
+/// Bits kept of each channel when the background of a labelled image is summed up.
+const BACKGROUND_BITS: u32 = 5;
+
+/// A background colour counts when it covers at least this share of a labelled image.
+const BACKGROUND_SHARE_MIN: f64 = 0.000_2;
+
+/// Least share of a labelled box's middle that must have the colour for it to be learnt from.
+const OWN_SHARE_MIN: f64 = 0.05;
+
+/// A background shade this near to a labelled object's is the same paint.
+const SAME_PAINT_MAX: f32 = 0.15;
+
 /// The colour names in use with their shades, and the look-up table made of them.
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     names: Vec<Name>,
     shades: Vec<(u8, Shade)>,
     learnt: Vec<(u8, Shade)>,
+    /// Shades of what is no object in labelled images: the table in shadow, a board's edge.
+    background: Vec<Shade>,
     /// Class by quantised colour; empty until it is needed.
     table: Vec<u8>,
 }
@@ -58,6 +72,7 @@ impl Palette {
             names: colours.keys().cloned().collect(),
             shades: shades.collect(),
             learnt: Vec::new(),
+            background: Vec::new(),
             table: Vec::new(),
         })
     }
@@ -72,8 +87,12 @@ impl Palette {
         self.names.len() + 1
     }
 
-    /// Adds the shade that a labelled box shows of a colour: the channel-wise median of the
+    /// Adds the shade that a labelled box shows of a colour: the channel-wise median over the
     /// central half of the box, which leaves out the background at its edges.
+    ///
+    /// Another object may cover the middle (a disk on a wider one, seen from above). So only pixels
+    /// that general knowledge gives this colour count, where there are any to speak of; where there
+    /// are none, the box teaches only if its pixels have no other colour either.
     pub(super) fn learn(&mut self, name: &Name, image: &ImageView<'_>, pixel_box: &PixelBox) {
         let Some(class) = self.class(name) else { return };
         let (w, h) = (pixel_box.width(), pixel_box.height());
@@ -81,6 +100,16 @@ impl Palette {
         let rows = (pixel_box.y1 + h / 4.0) as usize..(pixel_box.y2 - h / 4.0).ceil() as usize;
         let pixels: Vec<[u8; 3]> =
             rows.flat_map(|y| columns.clone().filter_map(move |x| image.pixel(x, y))).collect();
+        let of_class = |wanted: u8| {
+            let own = pixels.iter().filter(|rgb| self.classify_generally(**rgb) == wanted);
+            own.copied().collect::<Vec<[u8; 3]>>()
+        };
+        let enough = |n: usize| n as f64 >= OWN_SHARE_MIN * pixels.len() as f64;
+        let own = of_class(class);
+        let pixels = if enough(own.len()) { own } else { of_class(NONE) };
+        if !enough(pixels.len()) {
+            return;
+        }
         let median = |channel: usize| {
             let mut values: Vec<u8> = pixels.iter().map(|p| p[channel]).collect();
             values.sort_unstable();
@@ -90,6 +119,38 @@ impl Palette {
             self.learnt.push((class, Shade::of(Lab::of([r, g, b]))));
             self.table.clear();
         }
+    }
+
+    /// Learns what is no object: every coloured shade that a labelled image shows outside its
+    /// boxes, over more than a few pixels.
+    pub(super) fn learn_background(
+        &mut self,
+        image: &ImageView<'_>,
+        is_labelled: impl Fn(usize, usize) -> bool,
+    ) {
+        let shift = 8 - BACKGROUND_BITS;
+        let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
+        for y in 0..image.height() {
+            let row = image.row(y).as_chunks().0.iter().enumerate();
+            for (_, rgb) in row.filter(|(x, _)| !is_labelled(*x, y)) {
+                *counts.entry(rgb.map(|v| v >> shift)).or_insert(0) += 1;
+            }
+        }
+        let n_pixels = (image.width() * image.height()) as f64;
+        let common =
+            counts.into_iter().filter(|(_, n)| f64::from(*n) >= BACKGROUND_SHARE_MIN * n_pixels);
+        let middle = |q: u8| (q << shift) | (1 << (shift - 1));
+        let labs = common.map(|(cell, _)| Lab::of(cell.map(middle)));
+        let shades = labs.filter(|lab| lab.chroma() >= CHROMA_MIN).map(Shade::of);
+        // A post may stand on a board of its own wood: what looks like a labelled object is told
+        // from it by its outline, not by its colour.
+        let like_an_object = |shade: &Shade| {
+            let known = self.learnt.iter().map(|(_, known)| shade.distance(*known, PER_LIGHTNESS));
+            known.fold(f32::INFINITY, f32::min) < SAME_PAINT_MAX
+        };
+        let shades: Vec<Shade> = shades.filter(|shade| !like_an_object(shade)).collect();
+        self.background.extend(shades);
+        self.table.clear();
     }
 
     /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
@@ -111,6 +172,17 @@ impl Palette {
         &self.table
     }
 
+    /// The class of one colour by general knowledge alone.
+    fn classify_generally(&self, rgb: [u8; 3]) -> u8 {
+        let lab = Lab::of(rgb);
+        let shade = Shade::of(lab);
+        let distances =
+            self.shades.iter().map(|(c, known)| (shade.distance(*known, PER_LIGHTNESS), *c));
+        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
+        let grey = shade.saturation().min(DISTANCE_MAX);
+        nearest.filter(|(d, _)| lab.chroma() >= CHROMA_MIN && *d < grey).map_or(NONE, |(_, c)| c)
+    }
+
     /// The class of one colour.
     fn classify(&self, rgb: [u8; 3]) -> u8 {
         let lab = Lab::of(rgb);
@@ -128,6 +200,10 @@ impl Palette {
                     best = (counted, *class);
                 }
             }
+        }
+        let is_background = |known: &Shade| shade.distance(*known, PER_LIGHTNESS) < best.0;
+        if self.background.iter().any(is_background) {
+            return NONE;
         }
         // Grey of the same lightness competes like a shade: whatever is nearer to it is grey.
         if nearest < shade.saturation().min(DISTANCE_MAX) { best.1 } else { NONE }
