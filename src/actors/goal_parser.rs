@@ -99,7 +99,7 @@ fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, Fatal> {
             tracing::debug!(%error, "the goal waits for another look");
             Ok(None)
         }
-        Err(error) => Err(Fatal::BadInput { message: error.to_string() }),
+        Err(error) => Err(Fatal::BadInput { message: error.render() }),
     }
 }
 

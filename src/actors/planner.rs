@@ -74,7 +74,8 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         args.chaos.message("planner");
         memory.hear(&mut outcomes, &args.vocabulary)?;
         while memory.goal.is_none() {
-            let message = goals.newest().await?;
+            // Oldest first: a foreign message must not shadow the goal, which is said once.
+            let message = goals.next().await?;
             let header = message.header();
             if header.verdict == GOAL_PENDING {
                 if header.cycle >= scene.cause.cycle {

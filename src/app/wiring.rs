@@ -1,7 +1,7 @@
 //! From a run file to actors that are ready to start.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::watch;
@@ -78,7 +78,6 @@ impl Prepared {
         let prepared =
             Self { config, folder: Arc::new(folder), examples: Arc::new(examples), skills };
         // Whatever may fail fails here, before anything starts.
-        prepared.detector()?;
         prepared.grounder()?;
         prepared.goal_source()?;
         prepared.planner()?;
@@ -138,9 +137,12 @@ impl Prepared {
             belief: self.config.perception.belief.clone(),
             hull: self.config.robot.hull.clone(),
         };
-        let detector = {
-            let this = self.clone();
-            move || this.detector().map_err(|e| e.to_string())
+        // The first one is made before anything starts, so that no frame waits for its tables.
+        let first = Mutex::new(Some(self.detector()?));
+        let this = self.clone();
+        let detector = move || {
+            let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
+            first.map_or_else(|| this.detector().map_err(|e| e.to_string()), Ok)
         };
         let args = Arc::new(scene_parser::Args {
             bus: bus.clone(),

@@ -121,8 +121,9 @@ fn read_goal(
         pixel_box: None,
     });
     let objects: Vec<GoalObject> = seen.chain(implied).collect();
-    let source = goals::build(kind, &settings).map_err(Failure::bad_input)?;
-    source.read(&folder.domain, &objects).map(Some).map_err(Failure::bad_input)
+    let source = goals::build(kind, &settings).map_err(|e| Failure::bad_input(e.render()))?;
+    let goal = source.read(&folder.domain, &objects);
+    goal.map(Some).map_err(|e| Failure::bad_input(e.render()))
 }
 
 fn solve(

@@ -13,6 +13,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::app::RunError;
+
 /// Process exit codes; `README.md` lists them.
 pub mod exit {
     /// Internal error.
@@ -93,15 +95,22 @@ impl Failure {
     }
 }
 
-impl From<crate::app::RunError> for Failure {
-    fn from(error: crate::app::RunError) -> Self {
-        Self { message: error.to_string(), code: error.exit_code() }
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        let code = error.exit_code();
+        let message = match error {
+            RunError::Config(error) => error.render(),
+            RunError::Transport(_) | RunError::Fatal(_) | RunError::Snapshot { .. } => {
+                error.to_string()
+            }
+        };
+        Self { message, code }
     }
 }
 
 impl From<crate::config::ConfigError> for Failure {
     fn from(error: crate::config::ConfigError) -> Self {
-        crate::app::RunError::from(error).into()
+        RunError::from(error).into()
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
+use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
@@ -71,6 +72,7 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     }
     let mut reports = Vec::new();
     let mut worst = 0;
+    let bar = bar(args);
     for seed in first_seed..first_seed.saturating_add(args.episodes) {
         let mut prepared = prepared.clone();
         prepared.config.seed = seed;
@@ -82,13 +84,15 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
             episode.report.plan.iter().for_each(|step| out::line(step));
         }
         if args.episodes > 1 {
-            progress(args, &episode.report);
+            bar.suspend(|| progress(args, &episode.report));
         }
+        bar.inc(1);
         reports.push(episode.report);
         if stopped {
             break;
         }
     }
+    bar.finish_and_clear();
     finish(args, &reports)?;
     Ok(worst)
 }
@@ -135,6 +139,21 @@ fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
         sender.closed().await;
     });
     Ok(receiver)
+}
+
+/// Progress over the episodes, on standard error, where that is a terminal.
+fn bar(args: &Args) -> ProgressBar {
+    if args.episodes == 1 {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(args.episodes);
+    match ProgressStyle::with_template("{bar:40} {pos}/{len} episodes, {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(error) => {
+            tracing::debug!(%error, "progress is shown plainly");
+            bar
+        }
+    }
 }
 
 fn progress(args: &Args, report: &EpisodeReport) {
@@ -187,7 +206,7 @@ fn summary(report: &EpisodeReport) -> String {
 
 fn latency_table(report: &EpisodeReport) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_preset(presets::NOTHING);
     table.set_header(["latency (µs)", "count", "p50", "p99", "max"]);
     let latency = &report.latency_us;
     let mut row = |name: String, q: &Quantiles| {
@@ -205,7 +224,7 @@ fn latency_table(report: &EpisodeReport) -> Table {
 
 fn episode_table(reports: &[EpisodeReport]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_preset(presets::NOTHING);
     table.set_header([
         "seed",
         "verdict",

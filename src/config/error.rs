@@ -80,3 +80,23 @@ pub enum ConfigError {
         how: String,
     },
 }
+
+impl ConfigError {
+    /// The error as people read it: PDDL and instructions with their words underlined.
+    pub fn render(&self) -> String {
+        match self {
+            Self::Pddl(error) | Self::Exemplar(ExemplarError::State(error)) => error.render(),
+            Self::Goal(error) => error.render(),
+            Self::File { .. }
+            | Self::Toml { .. }
+            | Self::Set { .. }
+            | Self::Value { .. }
+            | Self::Perception(_)
+            | Self::Skills(_)
+            | Self::Exemplar(_)
+            | Self::Detector(_)
+            | Self::Image { .. }
+            | Self::Missing { .. } => self.to_string(),
+        }
+    }
+}

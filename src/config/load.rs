@@ -21,7 +21,9 @@ pub fn read_text(path: &Path) -> Result<String, ConfigError> {
 /// [`ConfigError`] naming file and line for bad syntax, unknown keys and wrong types.
 pub fn load_run(path: &Path, sets: &[String]) -> Result<RunConfig, ConfigError> {
     let text = read_text(path)?;
-    let name = path.display().to_string();
+    // With --set, lines in messages are those of the text with the settings in it.
+    let with: String = sets.iter().map(|set| format!(" --set {set}")).collect();
+    let name = format!("{}{with}", path.display());
     let fault = |message: String| ConfigError::Toml { path: name.clone(), message };
     let mut document: DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| fault(e.to_string()))?;

@@ -5,6 +5,8 @@ mod load;
 mod run;
 mod domain_folder;
 mod exemplars;
+#[cfg(test)]
+mod tests;
 
 pub use domain_folder::DomainFolder;
 pub use error::ConfigError;

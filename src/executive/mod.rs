@@ -9,6 +9,8 @@ mod note;
 mod dispatch;
 mod running;
 mod decide;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 

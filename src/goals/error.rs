@@ -62,7 +62,7 @@ impl GoalError {
             Self::Instruction { reason } => reason.render(),
             Self::Logical { source } => source.render(),
             Self::UnknownKind { .. } | Self::NoLanguage {} | Self::Language { .. } => {
-                format!("error: {self}")
+                self.to_string()
             }
         }
     }

@@ -2,6 +2,8 @@
 
 mod embedded;
 mod replanner;
+#[cfg(test)]
+mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 

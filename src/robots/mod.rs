@@ -1,6 +1,8 @@
 //! Robots: commands in, motion out. A robot that speaks the topics needs no adapter here.
 
 mod sequencer;
+#[cfg(test)]
+mod tests;
 #[cfg(feature = "sim")]
 mod sim_faults;
 #[cfg(feature = "sim")]

@@ -9,6 +9,8 @@ mod occlusion;
 mod belief;
 mod gripper;
 mod parse;
+#[cfg(test)]
+mod tests;
 
 use serde::Deserialize;
 

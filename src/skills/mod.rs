@@ -7,6 +7,8 @@ mod book;
 mod context;
 mod pick;
 mod place;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 

@@ -325,10 +325,10 @@ impl<H: Header, R: Record> Inbox<H, R> {
     fn count_gap(&mut self, writer: u128, sequence: u64) {
         if let Some((last_writer, last)) = self.last
             && last_writer == writer
-            && sequence > last + 1
+            && let missed @ 1.. = sequence.saturating_sub(last).saturating_sub(1)
         {
-            let missed = sequence - last - 1;
-            self.drops.missed += missed;
+            // Numbers are the writer's, and foreign writers may leap.
+            self.drops.missed = self.drops.missed.saturating_add(missed);
             if self.delivery == Delivery::Reliable {
                 tracing::error!(topic = self.wakeups.topic, missed, "messages were lost");
             }

@@ -6,16 +6,20 @@
     clippy::allow_attributes,
     clippy::unwrap_used,
     clippy::expect_used,
+    clippy::panic,
     reason = "each test file uses a part of it, and a failed step must fail the test"
 )]
 
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 
 use groundloop::app::{Episode, EpisodeOptions, Prepared, RunError, run_episode};
 use groundloop::config::{RunConfig, load_run};
 use groundloop::executive::{Note, Stop};
 use groundloop::transport::BusConfig;
+use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::watch;
 
 /// Overrides that make the simulated camera small, and use its labelled examples.
@@ -113,4 +117,143 @@ pub fn data(below: &str, what: &str) -> Option<PathBuf> {
         println!("skipped: {what}: set GROUNDLOOP_DATA to a folder with {below}/");
     }
     found
+}
+
+/// The program as a child process in the project's folder; it is killed when this is dropped.
+pub struct Process {
+    child: Child,
+    /// What it has said on standard error so far, and what it will say.
+    lines: BufReader<ChildStderr>,
+    said: Vec<String>,
+}
+
+/// How a process has ended.
+pub struct Ended {
+    pub status: ExitStatus,
+    pub stdout: String,
+    /// All lines of standard error.
+    pub stderr: String,
+}
+
+impl Process {
+    pub fn start(args: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_groundloop"))
+            .args(args)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(child.stderr.take().unwrap());
+        Self { child, lines, said: Vec::new() }
+    }
+
+    /// Reads standard error up to the first line that contains `text`.
+    #[track_caller]
+    pub fn wait_for_line(&mut self, text: &str) {
+        loop {
+            let mut line = String::new();
+            let n_bytes = self.lines.read_line(&mut line).unwrap();
+            assert_ne!(n_bytes, 0, "no line with {text:?} in:\n{}", self.said.concat());
+            let found = line.contains(text);
+            self.said.push(line);
+            if found {
+                return;
+            }
+        }
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// Reads all that it says until it ends by itself.
+    pub fn end(mut self) -> Ended {
+        let mut rest = String::new();
+        self.lines.read_to_string(&mut rest).unwrap();
+        self.said.push(rest);
+        let mut stdout = String::new();
+        self.child.stdout.take().unwrap().read_to_string(&mut stdout).unwrap();
+        let status = self.child.wait().unwrap();
+        Ended { status, stdout, stderr: self.said.concat() }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended already.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+impl Ended {
+    /// The one JSON object that standard output must consist of.
+    #[track_caller]
+    pub fn json(&self) -> serde_json::Value {
+        one_object(&self.stdout)
+    }
+}
+
+/// The one JSON object that a text must consist of.
+#[track_caller]
+pub fn one_object(text: &str) -> serde_json::Value {
+    let value: serde_json::Value = serde_json::from_str(text)
+        .unwrap_or_else(|e| panic!("expected one JSON object ({e}), got: {text}"));
+    assert!(value.is_object(), "{text}");
+    value
+}
+
+/// A name for a run on the bus that no other test and no other process has.
+pub fn unique_run(test: &str) -> String {
+    format!("gltest-{test}-{}", std::process::id())
+}
+
+/// Copies a folder with all that is in it.
+pub fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (from, to) = {
+            let path = entry.unwrap().path();
+            let to = to.join(path.file_name().unwrap());
+            (path, to)
+        };
+        if from.is_dir() {
+            copy_folder(&from, &to);
+        } else {
+            std::fs::copy(&from, &to).unwrap();
+        }
+    }
+}
+
+/// Everything below a folder whose name ends with `.ending`, in order, without what is built.
+pub fn files_below(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && !path.ends_with("target") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == ending) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The folders directly below a folder, in order.
+pub fn folders_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+/// A path as it is written in the project.
+pub fn in_project(path: &Path) -> String {
+    path.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap().display().to_string()
 }

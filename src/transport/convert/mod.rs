@@ -3,6 +3,8 @@
 mod device;
 mod task;
 mod text;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Display;
 

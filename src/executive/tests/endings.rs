@@ -1,0 +1,221 @@
+//! How episodes end, and which bound ended them.
+
+use super::*;
+
+const PICK: &str = "pick_up red_block arm";
+const DOWN: &str = "put_down red_block arm";
+
+#[track_caller]
+fn check(verdict: &Verdict, key: &str, detail: &str) {
+    assert_eq!((verdict.word(), verdict.exit_code()), ("gave-up", 4));
+    assert_eq!(verdict.reason(), format!("{key}: {detail}"));
+}
+
+fn slipped() -> [StatusKind; 1] {
+    [StatusKind::Failed("it slipped".to_owned())]
+}
+
+#[test]
+fn the_goal_is_reached_only_in_a_settled_scene_of_an_idle_robot() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    assert_eq!(episode.plan(&[]).cycle().verdict, None, "a step is running");
+    episode.see(&blocks(&[], Some("red_block"))).scene.unsettled = 1;
+    assert_eq!(episode.hear(&[StatusKind::Done]).verdict, None, "its effects are looked for");
+    let mut idle = Episode::new();
+    idle.scene.unsettled = 1;
+    assert_eq!(idle.plan(&[]).cycle().verdict, None, "not settled");
+    for episode in [&mut episode, &mut idle] {
+        episode.scene.unsettled = 0;
+        let decision = episode.cycle();
+        assert_eq!(decision.verdict, Some(Verdict::Reached));
+        assert_eq!(decision.command.kind, CommandKind::Hold);
+        assert_eq!(decision.notes.last(), Some(&Note::End(Verdict::Reached)));
+    }
+    assert_eq!(Verdict::Reached.exit_code(), 0);
+}
+
+#[test]
+fn without_a_robot_a_confirmed_plan_is_the_result() {
+    let mut episode = Episode::new();
+    (episode.config.motion, episode.robot) = (None, None);
+    episode.scene.unsettled = 1;
+    assert_eq!(episode.plan(&[PICK]).cycle().verdict, None);
+    episode.scene.unsettled = 0;
+    assert_eq!(episode.cycle().verdict, Some(Verdict::Planned));
+    assert_eq!(episode.executive.remaining(), [step(PICK)]);
+}
+
+#[test]
+fn no_plan_is_final_only_where_everything_is_known() {
+    let proof = "no action adds it".to_owned();
+    let mut episode = Episode::new();
+    episode.plan = PlanVerdict::Unsolvable { proof: proof.clone(), unknowns: false };
+    episode.scene.unsettled = 1;
+    assert_eq!(episode.cycle().verdict, None, "not settled");
+    episode.scene.unsettled = 0;
+    let verdict = episode.cycle().verdict.unwrap();
+    assert_eq!(verdict, Verdict::Unsolvable { proof: proof.clone() });
+    assert_eq!(verdict.exit_code(), 3);
+
+    let mut unsure = Episode::new();
+    unsure.plan = PlanVerdict::Unsolvable { proof, unknowns: true };
+    let looks_max = unsure.config.limits.looks_max;
+    let (n, verdict) = unsure.run_out(looks_max + 1);
+    assert_eq!(n, looks_max + 1);
+    let detail = "no plan without the unknown facts (no action adds it)";
+    check(&verdict, "limits.looks_max", detail);
+}
+
+#[test]
+fn cycles_seconds_and_looks_are_bounded() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    episode.config.limits.cycles_max = 5;
+    let (n, verdict) = episode.run_out(9);
+    assert_eq!(n, 5, "one cycle has gone before");
+    check(&verdict, "limits.cycles_max", "5 cycles");
+
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    episode.config.limits.seconds_max = 0.55;
+    let (n, verdict) = episode.run_out(9);
+    assert_eq!(n, 6, "ten frames a second");
+    check(&verdict, "limits.seconds_max", "0.55 s");
+
+    let mut episode = Episode::new();
+    episode.config.limits.looks_max = 4;
+    episode.scene.unsettled = 1;
+    let (n, verdict) = episode.plan(&[PICK]).run_out(9);
+    assert_eq!(n, 5);
+    check(&verdict, "limits.looks_max", "the scene is not settled");
+}
+
+#[test]
+fn looks_count_from_the_last_dispatch() {
+    let mut episode = Episode::new();
+    episode.config.limits.looks_max = 3;
+    for _ in 0..3 {
+        episode.scene.unsettled = 1;
+        for _ in 0..3 {
+            assert_eq!(episode.plan(&[PICK]).cycle().verdict, None);
+        }
+        episode.scene.unsettled = 0;
+        episode.start(PICK);
+        episode.plan = PlanVerdict::Missing { objects: Vec::new() }; // nothing new is started
+        episode.hear(&[StatusKind::BrokenOff]);
+    }
+}
+
+#[test]
+fn an_object_that_is_never_seen_is_named() {
+    let mut episode = Episode::new();
+    episode.config.limits.unseen_frames_max = 4;
+    episode.plan = PlanVerdict::Missing { objects: vec!["pink_block".into(), "cup".into()] };
+    let first = episode.cycle();
+    assert_eq!(reasons(&first), ["the goal names pink_block, cup, which nobody has seen yet"]);
+    let (n, verdict) = episode.run_out(9);
+    assert_eq!(n, 4);
+    check(&verdict, "limits.unseen_frames_max", "never seen: pink_block, cup");
+}
+
+#[test]
+fn failures_are_bounded_and_the_worst_step_is_named() {
+    let mut episode = Episode::new();
+    episode.config.limits.failures_max = 2;
+    for text in [PICK, "pick_up blue_block arm", PICK] {
+        assert_eq!(started(&episode.plan(&[text]).cycle()), Some(step(text).to_string().as_str()));
+        episode.plan = PlanVerdict::Missing { objects: Vec::new() }; // nothing new is started
+        let ended = episode.hear(&slipped()).verdict;
+        assert_eq!(ended.is_some(), episode.executive.counts.skills_failed == 3);
+        if let Some(verdict) = ended {
+            let detail = "3 failed skills, (pick_up red_block arm) 2 times";
+            check(&verdict, "limits.failures_max", detail);
+        }
+    }
+    assert_eq!(episode.executive.counts.skills_failed, 3);
+}
+
+#[test]
+fn going_in_circles_ends() {
+    let mut episode = Episode::new();
+    episode.config.limits.revisits_max = 2;
+    let mut n_picks = 0;
+    let verdict = loop {
+        if let Some(verdict) =
+            episode.see(&blocks(&[], None)).plan(&[PICK]).hear(&[StatusKind::Done]).verdict
+        {
+            break verdict;
+        }
+        n_picks += 1;
+        assert!(n_picks < 9, "it goes on and on");
+        episode.see(&blocks(&[], Some("red_block"))).plan(&[DOWN]).hear(&[StatusKind::Done]);
+    };
+    assert_eq!(n_picks, 3, "once, and two returns");
+    check(
+        &verdict,
+        "limits.revisits_max",
+        "going in circles: the same state was left 3 times before",
+    );
+}
+
+#[test]
+fn trying_again_in_the_same_state_is_no_circle() {
+    let mut episode = Episode::new();
+    episode.config.limits.revisits_max = 0;
+    for _ in 0..5 {
+        episode.start(PICK);
+        episode.hear(&slipped());
+    }
+}
+
+#[test]
+fn a_step_that_takes_too_long_is_broken_off_and_a_dead_robot_ends_the_episode() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    let timeout_s = episode.config.limits.skill_timeout_s;
+    let n_frames = (timeout_s * 10.0) as u32;
+    for _ in 0..n_frames {
+        assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
+    }
+    let decision = episode.cycle();
+    assert_eq!(decision.command.kind, CommandKind::BreakOff);
+    assert_eq!(reasons(&decision), [format!("it takes longer than {timeout_s} s")]);
+    let (n, verdict) = episode.run_out(n_frames * 2);
+    assert_eq!(n, n_frames + 1);
+    check(&verdict, "limits.skill_timeout_s", "the robot does not break off");
+}
+
+#[test]
+fn limits_of_the_planner_are_named() {
+    let cases = [
+        (PlanVerdict::OutOfBudget { limit: "states_max = 9".to_owned() }, "states_max = 9"),
+        (PlanVerdict::Unsupported { feature: "durations".to_owned() }, "unsupported: durations"),
+    ];
+    for (plan, detail) in cases {
+        let mut episode = Episode::new();
+        episode.plan = plan;
+        check(&episode.cycle().verdict.unwrap(), "planner", detail);
+    }
+}
+
+#[test]
+fn a_stop_from_outside_holds_the_robot_and_says_so() {
+    for (stop, code, reason) in [
+        (Stop::Interrupt, 130, "interrupted; the robot holds"),
+        (Stop::Terminate, 143, "terminated; the robot holds"),
+    ] {
+        let mut episode = Episode::new();
+        episode.start(PICK);
+        let decision = episode.executive.stop(9, 77, stop);
+        assert_eq!(decision.command.kind, CommandKind::Hold);
+        assert_eq!((decision.command.id, decision.command.frame_sequence), (1, 9));
+        assert_eq!(
+            (decision.command.capture_ns, decision.command.label.as_str()),
+            (77, "(pick_up red_block arm)")
+        );
+        let verdict = decision.verdict.unwrap();
+        assert_eq!((verdict.word(), verdict.exit_code()), ("stopped", code));
+        assert_eq!(verdict.reason(), reason);
+    }
+}
