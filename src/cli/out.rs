@@ -22,7 +22,7 @@ pub(super) fn note(text: &str) {
 /// Writes an error to standard error.
 pub(super) fn error(message: &str) {
     let prefix = if message.contains(": error:") { "" } else { "error: " };
-    note(&format!("{prefix}{message}"));
+    note(&format!("{prefix}{}", message.trim_end()));
 }
 
 /// Writes one JSON object to standard output.

@@ -1,0 +1,583 @@
+//! The program as people call it: exit codes, messages, and what stands on standard output.
+
+#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use common::{SMALL_CAMERA, copy_folder, one_object, project, unique_run};
+use serde_json::{Value, json};
+
+/// What a call of the program came to.
+struct Ran {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+/// Calls the program in a folder.
+fn call_in(folder: &Path, args: &[&str]) -> Ran {
+    let output = cargo_bin_cmd!("groundloop").current_dir(folder).args(args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let code = output.status.code();
+    Ran { code, stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+/// Calls the program in the project's folder.
+fn call(args: &[&str]) -> Ran {
+    call_in(&project(""), args)
+}
+
+/// The call must fail with this code, say all this on standard error, and nothing elsewhere.
+#[track_caller]
+fn refused_in(folder: &Path, args: &[&str], code: i32, said: &[&str]) {
+    let ran = call_in(folder, args);
+    assert_eq!(ran.code, Some(code), "{args:?}: {}", ran.stderr);
+    for text in said {
+        assert!(ran.stderr.contains(text), "{args:?}: no {text:?} in:\n{}", ran.stderr);
+    }
+    assert_eq!(ran.stdout, "", "{args:?}");
+    assert!(!ran.stderr.contains("panicked"), "{args:?}: {}", ran.stderr);
+}
+
+#[track_caller]
+fn refused(args: &[&str], said: &[&str]) {
+    refused_in(&project(""), args, 2, said);
+}
+
+/// The keys of a JSON object in their order.
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn strings(value: &Value) -> Vec<&str> {
+    value.as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect()
+}
+
+/// `run` arguments for a run file with a small camera and these settings.
+fn run_args<'a>(name: &'a str, sets: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+    let sets = SMALL_CAMERA.iter().chain(sets).flat_map(|set| ["--set", *set]);
+    ["run", name].into_iter().chain(sets).chain(more.iter().copied()).collect()
+}
+
+/// Three blocks and a goal for them: an episode of a second.
+const THREE_BLOCKS: [&str; 2] =
+    ["sim.scene=scenes/three_blocks.toml", "goal.text=red over blue over green"];
+
+/// A folder with a shipped run file in which one piece of text is another.
+fn with_run_file(from: &str, to: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(project("configs/blocksworld.toml")).unwrap();
+    assert!(text.contains(from), "{from:?} is not in the run file");
+    fs::write(folder.path().join("bad.toml"), text.replacen(from, to, 1)).unwrap();
+    folder
+}
+
+/// A folder with a copy of the blocksworld domain.
+fn with_domain() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let domain = folder.path().join("blocksworld");
+    copy_folder(&project("domains/blocksworld"), &domain);
+    (folder, domain)
+}
+
+// ── bad input ───────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn an_unknown_key_is_shown_in_its_line() {
+    let folder = with_run_file("seed = 1 ", "seeed = 1 ");
+    let ran = call_in(folder.path(), &["run", "bad.toml"]);
+    assert_eq!(ran.code, Some(2));
+    assert_eq!(ran.stdout, "");
+    let said: Vec<&str> = ran.stderr.lines().collect();
+    assert!(said[0].starts_with("error: bad.toml: TOML parse error at line "), "{}", ran.stderr);
+    assert!(said[2].contains("| seeed = 1 "), "{}", ran.stderr);
+    assert!(said[3].ends_with("| ^^^^^"), "{}", ran.stderr);
+    assert!(said[4].starts_with("unknown field `seeed`, expected one of"), "{}", ran.stderr);
+}
+
+#[test]
+fn an_unknown_key_in_a_table_is_shown_too() {
+    let folder = with_run_file("confirm_frames = 3", "confirmed_frames = 3");
+    let said = ["bad.toml", "confirmed_frames = 3", "^^^^", "unknown field `confirmed_frames`"];
+    refused_in(folder.path(), &["run", "bad.toml"], 2, &said);
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let folder = with_run_file("rate_hz = 10.0\n", "");
+    refused_in(folder.path(), &["run", "bad.toml"], 2, &["[camera]", "missing field `rate_hz`"]);
+}
+
+#[test]
+fn malformed_toml_is_shown_in_its_line() {
+    let folder = with_run_file("seed = 1 ", "seed = = 1 ");
+    let said = ["bad.toml", "at line ", "| seed = = 1 ", "^"];
+    refused_in(folder.path(), &["run", "bad.toml"], 2, &said);
+}
+
+#[test]
+fn settings_that_make_no_sense_are_named() {
+    let run = |set: &'static str| run_args("configs/blocksworld.toml", &[], &["--set", set]);
+    for (set, said) in [
+        ("camera", "--set camera: expected key=value"),
+        ("=1", "--set =1: empty key"),
+        ("seed.x=1", "--set seed.x=1: not a table"),
+        ("sede=1", "unknown field `sede`"),
+        ("sede=1", "--set sede=1"),
+        ("seed=abc", "invalid type: string \"abc\", expected u64"),
+        ("camera.rate_hz=-1", "camera.rate_hz: expected a positive number, got -1"),
+        ("camera.kind=radar", "unknown variant `radar`"),
+        ("goal.kind=telepathy", "unknown goal kind \"telepathy\": expected one of instruction"),
+        ("perception.detector=eyes", "perception.detector: expected colour, got eyes"),
+        ("planner.name=oracle", "planner.name: expected embedded, got oracle"),
+        ("robot.kind=none", "clock: expected \"realtime\""),
+        ("sim.scene=nowhere.toml", "nowhere.toml: No such file"),
+        ("sim.camera.width=0", "sim.camera"),
+        ("domain=cookery", "domain: expected a folder with a domain.pddl"),
+        ("perception.exemplar.folder=none", "exemplar/none: No such file"),
+    ] {
+        refused(&run(set), &[said]);
+    }
+}
+
+#[test]
+fn a_run_file_that_is_not_there_is_named() {
+    refused(&["run", "nowhere.toml"], &["error: nowhere.toml: No such file or directory"]);
+}
+
+#[test]
+fn unknown_flags_and_verbs_are_refused() {
+    refused(&["run", "--wibble"], &["unexpected argument '--wibble'"]);
+    refused(&["wibble"], &["unrecognized subcommand 'wibble'"]);
+    refused(&["run", "configs/blocksworld.toml", "--episodes", "0"], &["0 is not in 1..=1000000"]);
+}
+
+#[test]
+fn a_word_that_the_domain_does_not_know_is_underlined() {
+    let args = run_args("configs/blocksworld.toml", &["goal.text=red over wibble"], &[]);
+    let ran = call(&args);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
+}
+
+#[test]
+fn a_goal_in_pddl_is_underlined() {
+    let sets = ["goal.kind=logical", "goal.text=(and (on red_block) (clear red_block))"];
+    let ran = call(&run_args("configs/blocksworld.toml", &sets, &[]));
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
+}
+
+#[test]
+fn malformed_pddl_is_underlined() {
+    let (folder, domain) = with_domain();
+    let path = domain.join("domain.pddl");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replacen(":action stack", ":actoin stack", 1)).unwrap();
+    let problem = project("domains/blocksworld/problems/two-blocks.pddl");
+    let problem = problem.to_str().unwrap();
+    let ran =
+        call_in(folder.path(), &["plan", "--domain", "blocksworld", "--problem", problem, "--json"]);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
+
+    // The same words from `run`.
+    let config = project("configs/blocksworld.toml");
+    let again = call_in(
+        folder.path(),
+        &["run", config.to_str().unwrap(), "--set", "domain=blocksworld", "--json"],
+    );
+    assert_eq!((again.code, again.stderr), (Some(2), ran.stderr));
+}
+
+#[test]
+fn a_problem_of_another_domain_is_underlined() {
+    let args = ["plan", "--domain", "domains/hanoi", "--problem"];
+    let args = [&args[..], &["domains/blocksworld/problems/two-blocks.pddl"]].concat();
+    let ran = call(&args);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
+}
+
+#[test]
+fn labelled_examples_that_are_broken_are_named() {
+    let (folder, domain) = with_domain();
+    let examples = domain.join("exemplar/sim_320x240");
+    let config = project("configs/blocksworld.toml");
+    let sets = [&SMALL_CAMERA[..], &["domain=blocksworld"]].concat();
+    let sets = sets.iter().flat_map(|set| ["--set", *set]);
+    let args: Vec<&str> = ["run", config.to_str().unwrap()].into_iter().chain(sets).collect();
+
+    let image = examples.join("b_high_tower.png");
+    let bytes = fs::read(&image).unwrap();
+    fs::write(&image, &bytes[..bytes.len() / 2]).unwrap();
+    refused_in(folder.path(), &args, 2, &["b_high_tower.png: "]);
+    fs::remove_file(&image).unwrap();
+    refused_in(folder.path(), &args, 2, &["b_high_tower.json: its image is missing"]);
+    fs::write(&image, &bytes).unwrap();
+
+    let boxes = examples.join("b_high_tower.json");
+    let text = fs::read_to_string(&boxes).unwrap();
+    fs::write(&boxes, text.replacen('[', "{", 1)).unwrap();
+    refused_in(folder.path(), &args, 2, &["b_high_tower.json: ", "line 2"]);
+    fs::write(&boxes, &text).unwrap();
+
+    let state = examples.join("b_high_tower.pddl");
+    let text = fs::read_to_string(&state).unwrap();
+    fs::write(&state, text.replacen("(on ", "(over ", 1)).unwrap();
+    refused_in(folder.path(), &args, 2, &["b_high_tower.pddl:", ": error: ", "over", "^^^^"]);
+
+    fs::remove_dir_all(&examples).unwrap();
+    refused_in(folder.path(), &args, 2, &["exemplar/sim_320x240: No such file"]);
+    fs::create_dir(&examples).unwrap();
+    refused_in(folder.path(), &args, 2, &["sim_320x240: no labelled example (*.json)"]);
+}
+
+#[test]
+fn a_camera_of_another_size_than_the_examples_is_refused() {
+    let args = ["run", "configs/blocksworld.toml", "--set", SMALL_CAMERA[2]];
+    refused(&args, &["expected the image size of the labelled examples, 320x240, got 640x480"]);
+}
+
+/// A run without its camera ends by itself, and says how to get one.
+#[test]
+fn a_camera_that_is_not_there_is_missed() {
+    let run = unique_run("absent");
+    let args = [
+        "run",
+        "configs/photo_blocksworld.toml",
+        "--run",
+        &run,
+        "--set",
+        "camera.wait_s=0.5",
+        "--set",
+        "perception.exemplar={folder=\"sim_320x240\"}",
+    ];
+    let said = ["camera/main/rgb for 0.5 s (camera.wait_s)", "groundloop camera images"];
+    refused_in(&project(""), &args, 5, &said);
+}
+
+#[test]
+fn photographs_without_their_folder_are_refused() {
+    let run = ["run", "configs/photo_blocksworld.toml"];
+    refused(&run, &["perception.exemplar: expected --data DIR"]);
+    refused(&[&run[..], &["--data", "nowhere"]].concat(), &["nowhere/data/blocksworld/"]);
+}
+
+#[test]
+fn a_camera_without_images_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let camera = ["camera", "images", ".", "--run", "none"];
+    refused_in(folder.path(), &camera, 2, &["no image (jpg, jpeg, png) here"]);
+    fs::write(folder.path().join("a.png"), "not a picture").unwrap();
+    refused_in(folder.path(), &camera, 2, &["a.png: "]);
+    refused_in(folder.path(), &[&camera[..], &["--fps", "0"]].concat(), 2, &["--fps: expected"]);
+}
+
+// ── plan, validate ──────────────────────────────────────────────────────────────────────────────
+
+const SUSSMAN: &str = "domains/blocksworld/problems/three-blocks-sussman.pddl";
+
+#[test]
+fn a_plan_is_found_and_accepted() {
+    let ran = call(&["plan", "--domain", "domains/blocksworld", "--problem", SUSSMAN, "--json"]);
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    let answer = one_object(&ran.stdout);
+    let documented = ["verdict", "reason", "cost", "optimal", "plan", "expanded", "time_us"];
+    assert_eq!(keys(&answer), documented);
+    assert_eq!(answer["verdict"], "solved");
+    assert_eq!(answer["cost"], 6.0);
+    assert_eq!(keys(&answer["time_us"]), ["parse", "plan", "total"]);
+    let steps = strings(&answer["plan"]);
+    assert_eq!(steps.len(), 6);
+
+    // A domain may be named by its file too; without --json the plan is the output.
+    let file = "domains/blocksworld/domain.pddl";
+    let ran = call(&["plan", "--domain", file, "--problem", SUSSMAN]);
+    assert_eq!(ran.stdout, format!("{}\n; cost = 6\n", steps.join("\n")));
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan");
+    let check = |text: &str, more: &[&str]| {
+        fs::write(&path, text).unwrap();
+        let plan = path.to_str().unwrap();
+        let args = ["validate", "--domain", file, "--problem", SUSSMAN, "--plan", plan];
+        call(&[&args[..], more].concat())
+    };
+    let good = check(&ran.stdout, &[]);
+    assert_eq!((good.code, good.stdout.as_str()), (Some(0), "plan valid: 6 steps, cost 6\n"));
+    let good = one_object(&check(&ran.stdout, &["--json"]).stdout);
+    let expected = json!({
+        "valid": true, "cost": 6.0, "steps": 6, "step_idx": null, "reason": null
+    });
+    assert_eq!(good, expected);
+
+    let swapped = [steps[1], steps[0], steps[2], steps[3], steps[4], steps[5]].join("\n");
+    let bad = check(&swapped, &[]);
+    assert_eq!(bad.code, Some(6));
+    assert!(bad.stdout.starts_with("plan invalid: step 1: "), "{}", bad.stdout);
+    let short = check(&steps[..5].join("\n"), &["--json"]);
+    assert_eq!(short.code, Some(6));
+    let short = one_object(&short.stdout);
+    assert_eq!((&short["valid"], &short["step_idx"]), (&json!(false), &json!(null)));
+
+    let garbled = check("(stack red_block", &[]);
+    assert_eq!((garbled.code, garbled.stdout.as_str()), (Some(2), ""));
+    assert!(garbled.stderr.contains("plan:1:1: error: "), "{}", garbled.stderr);
+}
+
+/// A problem of the blocksworld in a file: its goal is the given one.
+fn problem_with_goal(goal: &str) -> tempfile::NamedTempFile {
+    let text = fs::read_to_string(project(SUSSMAN)).unwrap();
+    let start = text.find("(:goal").unwrap();
+    let file = tempfile::NamedTempFile::new().unwrap();
+    fs::write(file.path(), format!("{}(:goal {goal}))", &text[..start])).unwrap();
+    file
+}
+
+#[test]
+fn what_cannot_be_is_proven_unsolvable() {
+    let problem = problem_with_goal("(and (on red_block blue_block) (clear blue_block))");
+    let problem = problem.path().to_str().unwrap();
+    let args = ["plan", "--domain", "domains/blocksworld", "--problem", problem];
+    refused_in(&project(""), &args, 3, &["unsolvable: "]);
+    let ran = call(&[&args[..], &["--json"]].concat());
+    assert_eq!(ran.code, Some(3));
+    let answer = one_object(&ran.stdout);
+    assert_eq!((&answer["verdict"], &answer["cost"]), (&json!("unsolvable"), &json!(null)));
+    assert_eq!(answer["plan"], json!([]));
+}
+
+#[test]
+fn a_search_that_is_too_long_names_its_limit() {
+    let args = ["plan", "--domain", "domains/blocksworld", "--problem", SUSSMAN];
+    let limits = ["--optimal-expansions", "2", "--expansions", "2"];
+    refused_in(&project(""), &[&args[..], &limits].concat(), 4, &["out-of-budget: "]);
+}
+
+// ── ground ──────────────────────────────────────────────────────────────────────────────────────
+
+/// `ground` arguments: the labelled example `name`, in itself.
+struct GroundCall {
+    files: [String; 3],
+}
+
+impl GroundCall {
+    fn new(name: &str) -> Self {
+        let stem = format!("domains/blocksworld/exemplar/sim_640x480/{name}");
+        Self { files: ["png", "json", "pddl"].map(|ending| format!("{stem}.{ending}")) }
+    }
+
+    fn call(&self, image: &str, more: &[&str]) -> Ran {
+        let [picture, boxes, state] = &self.files;
+        let args = ["ground", "--domain", "domains/blocksworld", "--image", image];
+        let example = ["--exemplar-image", picture, "--exemplar-boxes", boxes];
+        call(&[&args[..], &example, &["--exemplar-state", state], more].concat())
+    }
+}
+
+#[test]
+fn a_labelled_image_gives_its_facts_and_a_plan() {
+    let ground = GroundCall::new("a_tower_and_singles");
+    let instruction = ["--instruction", "red over blue", "--json"];
+    let ran = ground.call(&ground.files[0], &instruction);
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    let answer = one_object(&ran.stdout);
+    assert_eq!(keys(&answer), ["objects", "facts", "unknown", "goal", "plan"]);
+    let objects = answer["objects"].as_array().unwrap();
+    assert_eq!(objects.len(), 8);
+    assert!(objects.iter().all(|o| keys(o) == ["name", "type", "box", "score"]));
+    let facts: Vec<String> =
+        answer["facts"].as_array().unwrap().iter().map(|f| strings(f).join(" ")).collect();
+    insta::assert_snapshot!(facts.join("\n"), @"");
+    assert_eq!(answer["unknown"], json!([]));
+    assert_eq!(answer["goal"], "(on red_block blue_block)");
+    insta::assert_snapshot!(strings(&answer["plan"]).join("\n"), @"");
+}
+
+#[test]
+fn an_image_that_does_not_fit_is_refused() {
+    let ground = GroundCall::new("b_high_tower");
+    let small = "domains/blocksworld/exemplar/sim_320x240/b_high_tower.png";
+    let ran = ground.call(small, &["--json"]);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    let expected = "expected 640x480 pixels like the labelled example, got 320x240";
+    assert!(ran.stderr.contains(expected), "{}", ran.stderr);
+    let ran = ground.call("nowhere.png", &["--json"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("nowhere.png: No such file"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_truncated_image_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let ground = GroundCall::new("b_high_tower");
+    let whole = image::open(project(&ground.files[0])).unwrap();
+    for ending in ["jpg", "png"] {
+        let path = folder.path().join("cut").with_extension(ending);
+        whole.save(&path).unwrap();
+        let path_text = path.to_str().unwrap();
+        assert_eq!(ground.call(path_text, &[]).code, Some(0), "{ending}");
+        let bytes = fs::read(&path).unwrap();
+        fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        let ran = ground.call(path_text, &["--json"]);
+        assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""), "{ending}");
+        assert!(ran.stderr.contains(path_text), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_goal_about_something_else_is_refused() {
+    let ground = GroundCall::new("c_close_and_apart");
+    let call = |more: &[&str]| {
+        let ran = ground.call(&ground.files[0], more);
+        assert_eq!(ran.stdout, "", "{more:?}");
+        (ran.code, ran.stderr)
+    };
+    let (code, said) = call(&["--instruction", "stack the wibble", "--json"]);
+    assert_eq!(code, Some(2));
+    assert!(said.contains("\"wibble\"") && said.contains("^^^^^^"), "{said}");
+    let (code, said) = call(&["--goal", "(on red_block)", "--json"]);
+    assert_eq!(code, Some(2));
+    assert!(said.contains("--goal:1:"), "{said}");
+    let both = ["--goal", "(and)", "--instruction", "red over blue"];
+    assert_eq!(call(&both).0, Some(2));
+}
+
+// ── run ─────────────────────────────────────────────────────────────────────────────────────────
+
+/// What the JSON of an episode holds, in this order.
+const REPORT_KEYS: [&str; 17] = [
+    "verdict",
+    "reason",
+    "seed",
+    "cycles",
+    "frames",
+    "replans",
+    "skills_done",
+    "skills_failed",
+    "sim_seconds",
+    "wall_seconds",
+    "cpu_ms_per_frame",
+    "decision_hash",
+    "latency_us",
+    "plan",
+    "goal",
+    "goal_in_simulator",
+    "facts",
+];
+
+#[track_caller]
+fn is_a_report(report: &Value) {
+    assert_eq!(keys(report), REPORT_KEYS);
+    let latency = &report["latency_us"];
+    assert_eq!(keys(latency), ["frame_to_command", "detect", "ground", "plan"]);
+    let kinds = &latency["frame_to_command"];
+    assert_eq!(keys(kinds), ["continue", "dispatch", "replan"]);
+    for kind in ["continue", "dispatch", "replan"] {
+        assert_eq!(keys(&kinds[kind]), ["count", "p50", "p99", "max"]);
+    }
+    assert_eq!(report["decision_hash"].as_str().unwrap().len(), 64);
+}
+
+#[test]
+fn an_episode_is_reported_as_one_object() {
+    let args = run_args("configs/blocksworld.toml", &THREE_BLOCKS, &["--seed", "3", "--json"]);
+    let ran = call(&args);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let report = one_object(&ran.stdout);
+    is_a_report(&report);
+    assert_eq!((&report["verdict"], &report["seed"]), (&json!("reached"), &json!(3)));
+    assert_eq!(report["goal"], "(and (on red_block blue_block) (on blue_block green_block))");
+    assert_eq!(report["goal_in_simulator"], json!(true));
+    // What people read goes to standard error.
+    for mark in ["state", "plan", "skill", "done", "end     reached"] {
+        assert!(ran.stderr.contains(&format!(" {mark}")), "{mark}: {}", ran.stderr);
+    }
+}
+
+#[test]
+fn an_episode_is_told_with_a_table_at_its_end() {
+    let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &[]));
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    for text in ["skill ", "(stack red_block blue_block arm)", "frame → command, replan"] {
+        assert!(ran.stdout.contains(text), "{text}: {}", ran.stdout);
+    }
+    assert!(!ran.stdout.contains('\x1b'), "colours are for terminals: {}", ran.stdout);
+    assert!(ran.stdout.contains("reached: the goal holds"), "{}", ran.stdout);
+}
+
+#[test]
+fn several_episodes_are_reported_as_one_object() {
+    let more = ["--episodes", "2", "--json"];
+    let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let object = one_object(&ran.stdout);
+    assert_eq!(keys(&object), ["episodes"]);
+    let episodes = object["episodes"].as_array().unwrap();
+    episodes.iter().for_each(is_a_report);
+    let seeds: Vec<&Value> = episodes.iter().map(|e| &e["seed"]).collect();
+    assert_eq!(seeds, [&json!(1), &json!(2)]);
+
+    let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more[..2]));
+    assert!(ran.stdout.ends_with("reached 2/2\n"), "{}", ran.stdout);
+}
+
+#[test]
+fn an_episode_without_a_plan_tells_it_by_its_exit_code() {
+    let goal = "goal.text=(and (on red_block blue_block) (clear blue_block))";
+    let sets = [THREE_BLOCKS[0], "goal.kind=logical", goal];
+    let ran = call(&run_args("configs/blocksworld.toml", &sets, &["--json"]));
+    assert_eq!(ran.code, Some(3), "{}", ran.stderr);
+    assert_eq!(one_object(&ran.stdout)["verdict"], "unsolvable");
+    let sets = [&THREE_BLOCKS[..], &["limits.cycles_max=5"]].concat();
+    let ran = call(&run_args("configs/blocksworld.toml", &sets, &["--json"]));
+    assert_eq!(ran.code, Some(4), "{}", ran.stderr);
+    let report = one_object(&ran.stdout);
+    assert_eq!(report["verdict"], "gave-up");
+    assert!(report["reason"].as_str().unwrap().contains("limits.cycles_max"), "{report}");
+}
+
+#[test]
+fn a_picture_of_what_was_understood_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.png");
+    let more = ["--snapshot", path.to_str().unwrap(), "--json"];
+    let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let picture = image::open(&path).unwrap();
+    // The frame, and what is said about it beside or below.
+    assert!(picture.width() >= 320 && picture.height() >= 240, "{picture:?}");
+    assert!(picture.width() > 320 || picture.height() > 240);
+    assert!(fs::metadata(&path).unwrap().len() > 10_000);
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_is_an_error() {
+    let more = ["--snapshot", "nowhere/picture.png", "--json"];
+    let args = run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more);
+    let ran = call(&args);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("nowhere/picture.png"), "{}", ran.stderr);
+}
+
+// ── help ────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn help_stays_as_it_is() {
+    for (name, args) in [("help", &["--help"][..]), ("help_run", &["run", "--help"])] {
+        let ran = call(args);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+        insta::assert_snapshot!(name, ran.stdout);
+    }
+}
+
+#[test]
+fn the_version_is_told() {
+    let expected = format!("groundloop {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(call(&["--version"]).stdout, expected);
+}
