@@ -152,8 +152,7 @@ fn report(
 
 /// Whether the goal really holds: the true facts, completed by the domain's rules.
 fn holds(folder: &DomainFolder, goal: &GoalMessage, scene: &Scene, facts: &Facts) -> bool {
-    let mut objects = scene.typed_objects();
-    objects.extend(folder.domain.constants.iter().cloned());
+    let objects = scene.typed_objects();
     let types = &folder.domain.types;
     let facts = complete(&folder.rules, types, &objects, facts);
     let universe = Universe { types, objects: &objects };

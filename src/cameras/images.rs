@@ -6,6 +6,7 @@ use std::time::Duration;
 use image::RgbImage;
 use tokio::time::{Interval, MissedTickBehavior};
 
+use super::file::read_rgb;
 use super::{Camera, CameraError, NextFrame};
 use crate::messages::Frame;
 use crate::telemetry::monotonic_ns;
@@ -59,11 +60,10 @@ impl ImageCamera {
         frames_max: Option<u64>,
     ) -> Result<Self, CameraError> {
         let read = |path: &PathBuf| {
-            let image = image::open(path).map_err(|e| CameraError::Image {
+            read_rgb(path).map_err(|e| CameraError::Image {
                 path: path.display().to_string(),
                 reason: e.to_string(),
-            });
-            Ok(image?.into_rgb8())
+            })
         };
         let images = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
         let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));

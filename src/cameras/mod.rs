@@ -1,5 +1,6 @@
 //! Cameras: frames out. A camera in another process needs no adapter here: it publishes the topic.
 
+pub mod file;
 pub mod images;
 #[cfg(feature = "sim")]
 pub mod sim;

@@ -21,8 +21,8 @@ impl Style {
     }
 
     /// One note as one line.
-    pub(super) fn line(&self, capture_ns: u64, cycle: u64, note: &Note) -> String {
-        let seconds = capture_ns as f64 / 1e9;
+    pub(super) fn line(&self, since_ns: u64, cycle: u64, note: &Note) -> String {
+        let seconds = since_ns as f64 / 1e9;
         let (mark, text) = match note {
             Note::State { facts, unknown } => {
                 (self.paint("2", "state  "), self.state(facts, unknown))

@@ -1,7 +1,7 @@
 //! `groundloop run`: closed-loop episodes.
 
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -55,12 +55,23 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let mut config = load_run(&args.config, &args.sets)?;
     config.seed = args.seed.unwrap_or(config.seed);
     config.run = args.run.clone().or(config.run);
+    args.snapshot.as_deref().map_or(Ok(()), has_a_folder)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(WORKERS)
         .enable_all()
         .build()
         .map_err(Failure::internal)?;
     runtime.block_on(episodes(args, config))
+}
+
+/// A picture is drawn in mid-episode, which is too late to learn that it cannot be written.
+fn has_a_folder(path: &Path) -> Result<(), RunError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_none_or(Path::is_dir) {
+        return Ok(());
+    }
+    let reason = "there is no such folder".to_owned();
+    Err(RunError::Snapshot { path: path.display().to_string(), reason })
 }
 
 async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
@@ -106,8 +117,10 @@ fn options(
     let json = args.json;
     let orders = prepared.folder.perception.constraints.strict_order.clone();
     let style = Style { colour: out::is_terminal() && !json, orders };
+    let started_ns = OnceLock::new();
     let narrate = move |capture_ns: u64, cycle: u64, note: &Note| {
-        let text = style.line(capture_ns, cycle, note);
+        let since_ns = capture_ns.saturating_sub(*started_ns.get_or_init(|| capture_ns));
+        let text = style.line(since_ns, cycle, note);
         match (quiet, json) {
             (true, _) => {}
             (false, true) => out::note(&text),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 
 use super::{ConfigError, DomainFolder, ExemplarConfig, read_text};
+use crate::cameras::file::read_rgb;
 use crate::detectors::{DETECTORS, Detector, ImageView};
 use crate::grounding::{Exemplar, ExemplarText, Exemplars, GROUNDERS, Grounder};
 use crate::pddl::SourceText;
@@ -17,9 +18,8 @@ const IMAGE_ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
 /// # Errors
 /// [`ConfigError::File`] naming the file: missing, truncated, or not an image.
 pub fn read_image(path: &Path) -> Result<RgbImage, ConfigError> {
-    let fault = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
-    let image = image::open(path).map_err(|e| fault(e.to_string()))?;
-    Ok(image.into_rgb8())
+    read_rgb(path)
+        .map_err(|e| ConfigError::File { path: path.display().to_string(), reason: e.to_string() })
 }
 
 /// Reads one labelled example from its three files.

@@ -22,7 +22,7 @@ pub fn read_text(path: &Path) -> Result<String, ConfigError> {
 pub fn load_run(path: &Path, sets: &[String]) -> Result<RunConfig, ConfigError> {
     let text = read_text(path)?;
     // With --set, lines in messages are those of the text with the settings in it.
-    let with: String = sets.iter().map(|set| format!(" --set {set}")).collect();
+    let with = if sets.is_empty() { "" } else { " with --set" };
     let name = format!("{}{with}", path.display());
     let fault = |message: String| ConfigError::Toml { path: name.clone(), message };
     let mut document: DocumentMut =

@@ -6,7 +6,7 @@ use super::{Answer, Cycle, Executive, Note, Phase};
 use crate::messages::CommandKind;
 use crate::pddl::{Changes, Step, Universe, bind, effects, evaluate, unsatisfied};
 use crate::scene::Truth;
-use crate::skills::Preempt;
+use crate::skills::{Held, Preempt};
 
 impl Executive {
     /// Starts a step, or says why not.
@@ -21,8 +21,8 @@ impl Executive {
             return Answer::End(verdict);
         }
         let objects = &cycle.input.scene.objects;
-        let planned =
-            cycle.config.skills.motion(step, objects, robot, self.held.clone(), motion_config);
+        let held = self.held.clone().or_else(|| Held::found(objects, motion_config));
+        let planned = cycle.config.skills.motion(step, objects, robot, held, motion_config);
         let (motion, held) = match planned {
             Ok(planned) => planned,
             Err(error) => {

@@ -44,7 +44,10 @@ impl Judged {
 #[derive(Debug, Clone)]
 pub struct S2s {
     types: Types,
-    predicates: Vec<Table>,
+    /// For objects in an image.
+    flat: Vec<Table>,
+    /// For objects with volumes, where the examples have them too.
+    deep: Option<Vec<Table>>,
 }
 
 #[derive(Debug, Clone)]
@@ -75,7 +78,8 @@ impl S2s {
     /// Computes the features of every example tuple of the observed predicates.
     ///
     /// A predicate without an example that holds, or without one that does not, is left out:
-    /// nothing is said of it.
+    /// nothing is said of it. Where the examples have volumes, objects that have volumes are
+    /// judged by them, and objects of a camera without depth by the image.
     ///
     /// # Errors
     /// [`PerceptionError::Value`] for a predicate or feature that does not exist.
@@ -84,26 +88,32 @@ impl S2s {
         observed: &[ObservedSpec],
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
-        let mut predicates = Vec::new();
-        for spec in observed {
-            let table = Table::new(domain, spec, exemplars)?;
-            if !table.positives.is_empty() && !table.negatives.is_empty() {
-                predicates.push(table);
+        let tables = |feature_of: fn(&ObservedSpec) -> Option<&str>| {
+            let mut tables = Vec::new();
+            for spec in observed {
+                let table = Table::new(domain, spec, feature_of(spec), exemplars)?;
+                if !table.positives.is_empty() && !table.negatives.is_empty() {
+                    tables.push(table);
+                }
             }
-        }
-        Ok(Self { types: domain.types.clone(), predicates })
+            Ok(tables)
+        };
+        let flat = tables(|spec| spec.feature.as_deref())?;
+        let deep = exemplars.have_volumes().then(|| tables(deep_feature)).transpose()?;
+        Ok(Self { types: domain.types.clone(), flat, deep })
     }
 
     /// The predicates that can be judged from these examples.
     pub fn judged_predicates(&self) -> impl Iterator<Item = &Name> {
-        self.predicates.iter().map(|t| &t.predicate)
+        self.deep.as_ref().unwrap_or(&self.flat).iter().map(|t| &t.predicate)
     }
 }
 
 impl Grounder for S2s {
     fn ground(&self, objects: &[ObjectBox]) -> Vec<Judged> {
-        let mut judged: Vec<_> = self
-            .predicates
+        let with_depth = objects.iter().any(|object| object.volume.is_some());
+        let tables = self.deep.as_ref().filter(|_| with_depth).unwrap_or(&self.flat);
+        let mut judged: Vec<_> = tables
             .iter()
             .flat_map(|table| {
                 let tuples = tuples(&self.types, &table.slots, objects);
@@ -119,10 +129,11 @@ impl Table {
     fn new(
         domain: &Domain,
         spec: &ObservedSpec,
+        feature: Option<&str>,
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
         let slots = slots(domain, spec)?;
-        let feature = choose_feature(spec, slots.len(), exemplars)?;
+        let feature = choose_feature(spec, feature, slots.len())?;
         let predicate = spec.predicate.clone();
         let (positives, negatives) = (Vec::new(), Vec::new());
         let mut table = Self { predicate, slots, feature, positives, negatives };
@@ -163,14 +174,17 @@ impl Table {
     }
 }
 
-/// The feature that a predicate is judged by: the one for volumes where every example has them.
+/// The feature for objects with volumes: the one that uses them, where there is one.
+fn deep_feature(spec: &ObservedSpec) -> Option<&str> {
+    spec.feature_with_volumes.as_deref().or(spec.feature.as_deref())
+}
+
+/// The feature of that name, or the usual one for so many objects.
 fn choose_feature(
     spec: &ObservedSpec,
+    name: Option<&str>,
     arity: usize,
-    exemplars: &Exemplars,
 ) -> Result<&'static Feature, PerceptionError> {
-    let with_volumes = spec.feature_with_volumes.as_ref().filter(|_| exemplars.have_volumes());
-    let name = with_volumes.or(spec.feature.as_ref());
     let feature = match name {
         Some(name) => feature_by_name(name),
         None => default_feature(arity),
@@ -178,7 +192,7 @@ fn choose_feature(
     feature.filter(|f| f.arity == arity).ok_or_else(|| PerceptionError::Value {
         field: format!("observed.{}.feature", spec.predicate),
         expected: format!("a feature of {arity} objects"),
-        got: name.cloned().unwrap_or_else(|| "none".to_owned()),
+        got: name.unwrap_or("none").to_owned(),
     })
 }
 

@@ -46,8 +46,7 @@ impl Replanner {
         failures: &BTreeMap<Step, u32>,
     ) -> PlanVerdict {
         let facts = scene.confirmed();
-        let mut objects = scene.typed_objects();
-        objects.extend(self.domain.constants.iter().cloned());
+        let objects = scene.typed_objects();
         if let Some(last) = &self.last
             && last.facts == facts
             && last.objects == objects

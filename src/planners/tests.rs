@@ -8,6 +8,7 @@ use super::*;
 use crate::config::DomainFolder;
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
+use crate::planning::Plan;
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;
@@ -179,6 +180,35 @@ fn steps_that_somebody_else_has_done_are_skipped() {
     let rest = desk.plan(&scene(&[["b", "c"]]));
     assert_eq!(rest, ["pick_up a arm", "stack a b arm"].map(step));
     assert_eq!(desk.n_calls(), 1);
+}
+
+/// Always gives the same plan.
+#[derive(Debug)]
+struct Scripted(Vec<Step>);
+
+impl Planner for Scripted {
+    fn plan(&self, _: &PlanQuery<'_>) -> Outcome {
+        Outcome::Solved(Plan {
+            steps: self.0.clone(),
+            cost: 4,
+            cost_scale: 1,
+            penalty: 0,
+            proven_optimal: false,
+        })
+    }
+}
+
+#[test]
+fn the_shortest_rest_that_leads_to_the_goal_is_followed() {
+    let mut desk = Desk::new("(on b c)");
+    let detour = ["pick_up a arm", "put_down a arm", "pick_up b arm", "stack b c arm"].map(step);
+    let planner = Arc::new(Scripted(detour.to_vec()));
+    desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, PENALTY);
+    let table = scene(&[]);
+    assert_eq!(desk.plan(&table), detour);
+    let back = desk.after(&table, &detour[..1]);
+    assert_eq!(desk.plan(&back), detour[1..]);
+    assert_eq!(desk.plan(&table), detour[2..], "the whole plan would do, too");
 }
 
 #[test]

@@ -73,11 +73,8 @@ impl SceneParser {
         let unsettled =
             self.belief.update(&readings, &frozen, &lost, ended.as_ref(), confirm_frames);
         let objects = self.objects(config);
-        let typed: Vec<Typed> = objects
-            .iter()
-            .map(|o| Typed::new(o.name.clone(), o.type_name.clone()))
-            .chain(config.domain.constants.iter().cloned())
-            .collect();
+        let typed: Vec<Typed> =
+            objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
         let own = self.own_facts(config, &typed, &frozen);
         let facts = self.facts(config, &typed, &own);
         Scene { cause: context.cause, objects, facts, unsettled, detect_us: 0, ground_us: 0 }
@@ -112,12 +109,8 @@ impl SceneParser {
     fn changes(&self, config: &ParserConfig, step: &Step) -> Option<Changes> {
         let action = config.domain.action(step.action.as_str())?;
         let bindings = bind(action, &step.args)?;
-        let objects: Vec<Typed> = self
-            .objects(config)
-            .into_iter()
-            .map(|o| Typed::new(o.name, o.type_name))
-            .chain(config.domain.constants.iter().cloned())
-            .collect();
+        let objects: Vec<Typed> =
+            self.objects(config).into_iter().map(|o| Typed::new(o.name, o.type_name)).collect();
         let universe = Universe { types: &config.domain.types, objects: &objects };
         Some(effects(action, &bindings, &universe, &|atom| self.confirmed.truth(atom)))
     }
@@ -200,9 +193,11 @@ impl SceneParser {
             },
             seen_ns: t.seen_ns,
         });
-        let implied = config.perception.implied.iter().map(|i| SceneObject {
-            name: i.name.clone(),
-            type_name: i.type_name.clone(),
+        let declared = config.perception.implied.iter().map(|i| (&i.name, Some(&i.type_name)));
+        let constants = config.domain.constants.iter().map(|c| (&c.name, c.types.first()));
+        let implied = declared.chain(constants).map(|(name, type_name)| SceneObject {
+            name: name.clone(),
+            type_name: type_name.cloned().unwrap_or_else(|| "object".into()),
             pixel_box: None,
             volume: None,
             score: 1.0,

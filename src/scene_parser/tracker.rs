@@ -101,15 +101,16 @@ impl Tracker {
 
     /// Detections that fit no track become candidates, or confirm those of the last frame.
     fn propose(&mut self, born: Vec<Sighting>) {
-        let before = std::mem::take(&mut self.candidates);
+        let mut before = std::mem::take(&mut self.candidates);
         for Sighting { detection, measured } in born {
             let volume = measured.map(|measured| measured.volume);
-            let goes_on = before.iter().find(|c| {
+            let goes_on = before.iter().position(|c| {
                 c.detection.type_name == detection.type_name
                     && c.detection.label == detection.label
                     && c.detection.pixel_box.iou(&detection.pixel_box) >= SAME_IOU_MIN
             });
-            let frames = goes_on.map_or(1, |c| c.frames + 1);
+            // Taken out, so that of two pieces of one only one goes on.
+            let frames = goes_on.map_or(1, |at| before.swap_remove(at).frames + 1);
             self.candidates.push(Candidate { detection, volume, frames });
         }
     }

@@ -115,8 +115,20 @@ impl SkillBook {
                 check_call(call, &params)
                     .map_err(|(field, expected, got)| fault(&field, expected, &got))?;
             }
+            if actions.contains_key(&action.name) {
+                return Err(fault("name", "one entry per action".to_owned(), "two"));
+            }
             action.params = params;
             actions.insert(action.name.clone(), action);
+        }
+        if let Some(action) = domain.actions.iter().find(|a| !actions.contains_key(&a.name)) {
+            return Err(BookError::Value {
+                file: file.to_owned(),
+                action: action.name.clone(),
+                field: "action".to_owned(),
+                expected: "an entry for every action of the domain".to_owned(),
+                got: "none".to_owned(),
+            });
         }
         Ok(Self { actions })
     }

@@ -32,6 +32,10 @@ pub struct MotionConfig {
     pub table_clearance_m: f64,
     /// Height of the table.
     pub table_z_m: f64,
+    /// Where objects are put on the table: least and greatest x, in full view.
+    pub place_x_m: [f64; 2],
+    /// Where objects are put on the table: y.
+    pub place_y_m: f64,
     /// Reach along x: least and greatest.
     pub reach_x_m: [f64; 2],
     /// Reach along y: least and greatest.
@@ -49,11 +53,15 @@ pub struct Held {
     pub extent: [f64; 3],
 }
 
-/// A spot for an object: its middle, where it is let go.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Middle of the object.
-    pub centre: Point3<f64>,
+impl Held {
+    /// What the scene says is in the gripper, gripped as this robot grips: for an episode that
+    /// begins with a full hand.
+    pub fn found(objects: &[SceneObject], config: &MotionConfig) -> Option<Self> {
+        let object = objects.iter().find(|object| object.visibility == Visibility::Held)?;
+        let extent = object.volume?.extent;
+        let centre_above_tool_m = config.grip_depth_m.min(extent[2] / 2.0) - extent[2] / 2.0;
+        Some(Self { object: object.name.clone(), centre_above_tool_m, extent })
+    }
 }
 
 /// What a skill sees; skills of one action run through it one after the other.

@@ -18,7 +18,7 @@ use crate::messages::Motion;
 use crate::pddl::Name;
 
 pub use book::{ActionSkills, BookError, Preempt, SkillBook, SkillCall};
-pub use context::{Held, MotionConfig, Place, SkillContext};
+pub use context::{Held, MotionConfig, SkillContext};
 
 /// Every skill by its name in `skills.toml`, in alphabetical order.
 pub const SKILLS: &[(&str, &dyn Skill)] = &[("pick", &pick::Pick), ("place", &place::Place)];

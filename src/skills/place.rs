@@ -72,15 +72,15 @@ fn around(post: &Name, volume: Volume, context: &SkillContext<'_>) -> Point3<f64
     Point3::new(x, y, if top_z.is_finite() { top_z } else { foot_z })
 }
 
-/// The free place on the table nearest to the tool, in the middle of the reach along y.
+/// The free place on the table nearest to the tool, in the row where objects are put.
 ///
 /// Best is a place with nothing before or behind it: the camera looks along y, and what stands one
 /// behind the other hides one another. Where there is none, any free place will do.
 fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, SkillError> {
     let config = context.config;
     let width_m = held.extent[0].max(held.extent[1]);
-    let y = f64::midpoint(config.reach_y_m[0], config.reach_y_m[1]);
-    let [low, high] = config.reach_x_m;
+    let y = config.place_y_m;
+    let [low, high] = config.place_x_m;
     let n_steps = ((high - low) / GRID_M) as u32;
     let apart = |other: &Volume, axis: usize, distance: f64| {
         distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m

@@ -23,6 +23,8 @@ const MOTION: MotionConfig = MotionConfig {
     release_gap_m: 0.002,
     table_clearance_m: 0.03,
     table_z_m: 0.0,
+    place_x_m: [-0.3, 0.3],
+    place_y_m: -0.05,
     reach_x_m: [-0.3, 0.3],
     reach_y_m: [-0.2, 0.1],
 };
@@ -165,9 +167,14 @@ fn a_disk_goes_onto_the_highest_disk_around_the_peg_or_to_its_foot() {
     assert_eq!(left, None);
     let disk_held = held("d", 0.0, [0.06, 0.06, 0.02]);
     let place = |target: &str, expect: f64| {
-        let book = "[[action]]\nname = \"move\"\npreempt = \"retract\"\n\
-                    sequence = [{ skill = \"place\", object = \"?d\", around = \"?to\" }]";
-        let book = SkillBook::parse("skills.toml", book, &folder("hanoi").domain).unwrap();
+        let entry = |action: &str| {
+            format!(
+                "[[action]]\nname = \"{action}\"\npreempt = \"retract\"\n\
+                 sequence = [{{ skill = \"place\", object = \"?d\", around = \"?to\" }}]\n"
+            )
+        };
+        let book = entry("move") + &entry("recover");
+        let book = SkillBook::parse("skills.toml", &book, &folder("hanoi").domain).unwrap();
         let step = step(&format!("move d q {target}"));
         let held = Some(disk_held.clone());
         let (motion, _) = book.motion(&step, &objects, &ROBOT, held, &MOTION).unwrap();
@@ -317,4 +324,31 @@ fn errors_of_a_book_name_file_action_and_key() {
     );
     check_book("preempt = \"retract\"", "preempt = \"drop\"", "unknown variant `drop`");
     check_book("preempt = \"retract\"", "preemt = \"retract\"", "line ");
+}
+
+#[test]
+fn every_action_has_exactly_one_entry() {
+    let domain = folder("hanoi").domain;
+    let entry = |action: &str| {
+        format!("[[action]]\nname = \"{action}\"\npreempt = \"retract\"\nsequence = []\n")
+    };
+    let message = |book: &str| SkillBook::parse("f", book, &domain).unwrap_err().to_string();
+    assert_eq!(
+        message(&entry("move")),
+        "f: action recover: action: expected an entry for every action of the domain, got none"
+    );
+    assert_eq!(
+        message(&(entry("move") + &entry("recover") + &entry("move"))),
+        "f: action move: name: expected one entry per action, got two"
+    );
+}
+
+#[test]
+fn what_is_held_at_the_start_is_gripped_as_this_robot_grips() {
+    let mut objects = [cube("a", 0.0, 3.0), cube("b", 0.1, 0.0)];
+    assert_eq!(Held::found(&objects, &MOTION), None);
+    objects[0].visibility = Visibility::Held;
+    let found = Held::found(&objects, &MOTION).unwrap();
+    assert_eq!((found.object.as_str(), found.extent), ("a", [0.05; 3]));
+    assert!((found.centre_above_tool_m - (0.02 - 0.025)).abs() < 1e-9);
 }

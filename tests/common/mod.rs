@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex};
 
 use groundloop::app::{Episode, EpisodeOptions, Prepared, RunError, run_episode};
 use groundloop::config::{RunConfig, load_run};
-use groundloop::executive::{Note, Stop};
+use groundloop::executive::{Note, ReplanCause, Stop};
 use groundloop::transport::BusConfig;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::watch;
@@ -77,6 +77,19 @@ impl TestRun {
             snapshot: None,
         };
         runtime().block_on(run_episode(&prepared, options))
+    }
+
+    /// The deviations that replans were told to be caused by.
+    pub fn replan_causes(&self) -> Vec<String> {
+        let notes = self.notes.lock().unwrap();
+        let causes = notes.iter().filter_map(|note| {
+            if let Note::Replan { causes, .. } = note { Some(causes) } else { None }
+        });
+        let deviations = causes.flatten().filter_map(|cause| match cause {
+            ReplanCause::Deviation(deviation) => Some(deviation.to_string()),
+            ReplanCause::Failure { .. } => None,
+        });
+        deviations.collect()
     }
 
     /// What was told, as text.

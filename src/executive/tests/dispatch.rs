@@ -245,7 +245,7 @@ fn a_step_that_perception_does_not_allow_fails_without_a_motion() {
 fn statuses_of_other_commands_end_nothing() {
     let mut episode = stacking();
     episode.executive.last_command_id = 7; // what the test says next is about command 7
-    episode.hear(&[StatusKind::Done]);
+    assert!(episode.hear(&[StatusKind::Done]).outcomes.is_empty());
     assert_eq!(episode.executive.running_step(), Some(&step(STACK_ON_BLUE)));
 }
 

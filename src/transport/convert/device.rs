@@ -161,7 +161,7 @@ pub fn robot_state_to_wire(state: &RobotState) -> RobotStateRecord {
         holding: u32::from(state.holding),
         phase: u32::try_from(state.phase).unwrap_or(u32::MAX),
         command_id: state.command_id.unwrap_or(0),
-        answered: state.answered.map_or(0, |sequence| sequence + 1),
+        answered: state.answered.map_or(0, |sequence| sequence.saturating_add(1)),
     }
 }
 
