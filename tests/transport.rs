@@ -3,24 +3,23 @@
 
 #![expect(clippy::expect_used, reason = "a bus that does not open must fail the test")]
 
+mod common;
+
+use common::TestRun;
 use groundloop::transport::topics::{GOAL, ROBOT_COMMAND, SCENE};
 use groundloop::transport::wire::{CommandRecord, DeviceHeader, SCHEMA, SceneRecord, TaskHeader};
-use groundloop::transport::{Bus, BusConfig, Drops, Inbox, Outbox};
+use groundloop::transport::{Bus, Drops, Inbox, Outbox};
 
 /// A bus of its own: own root, own prefix.
 struct TestBus {
     bus: Bus,
-    root: tempfile::TempDir,
+    run: TestRun,
 }
 
 fn open(name: &str) -> TestBus {
-    let root = tempfile::tempdir().expect("a temporary directory");
-    let config = BusConfig {
-        root: Some(root.path().to_owned()),
-        prefix: format!("gltest_{name}_{}_", std::process::id()),
-        run: name.to_owned(),
-    };
-    TestBus { bus: Bus::open(&config).expect("the bus opens"), root }
+    let run = TestRun::new();
+    let bus = Bus::open(&run.bus(name)).expect("the bus opens");
+    TestBus { bus, run }
 }
 
 fn task(cycle: u64) -> TaskHeader {
@@ -86,12 +85,8 @@ async fn a_message_of_another_schema_is_counted_and_skipped() {
 #[tokio::test(flavor = "multi_thread")]
 async fn runs_do_not_see_one_another() {
     let test = open("spaces");
-    let config = |run: &str| BusConfig {
-        root: Some(test.root.path().to_owned()),
-        prefix: format!("gltest_spaces_{}_", std::process::id()),
-        run: run.to_owned(),
-    };
-    let (ours, theirs) = (Bus::open(&config("a")).unwrap(), Bus::open(&config("b")).unwrap());
+    let (ours, theirs) =
+        (Bus::open(&test.run.bus("a")).unwrap(), Bus::open(&test.run.bus("b")).unwrap());
     let sender: Outbox<TaskHeader, SceneRecord> = theirs.outbox(&SCENE).unwrap();
     let mut reader: Inbox<TaskHeader, SceneRecord> = ours.inbox(&SCENE).unwrap();
     let own: Outbox<TaskHeader, SceneRecord> = ours.outbox(&SCENE).unwrap();

@@ -1,0 +1,167 @@
+//! Every folder below `domains/`: its problems are solved, its scenes can be built, its labelled
+//! examples are understood.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step must fail the test")]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use common::{files_below, folders_in, in_project, project};
+use groundloop::config::{DomainFolder, ExemplarConfig};
+use groundloop::detectors::{GroundedImage, ImageView, Pipeline, ground_image};
+use groundloop::geometry::PixelBox;
+use groundloop::grounding::{Exemplar, Grip};
+use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
+use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
+use image::RgbImage;
+
+fn domains() -> Vec<DomainFolder> {
+    let read = |path: &PathBuf| DomainFolder::read(path).unwrap_or_else(|e| panic!("{e}"));
+    folders_in(&project("domains")).iter().map(read).collect()
+}
+
+fn problem(path: &Path, folder: &DomainFolder) -> Problem {
+    let text = std::fs::read_to_string(path).unwrap();
+    let source = SourceText::new(in_project(path), text);
+    let parsed = parse_problem(&source, &folder.domain);
+    parsed.unwrap_or_else(|e| panic!("{}", e.render())).value
+}
+
+#[test]
+fn every_problem_is_solved_and_its_plan_is_valid() {
+    for folder in domains() {
+        for path in files_below(&folder.path.join("problems"), "pddl") {
+            let shown = in_project(&path);
+            let problem = problem(&path, &folder);
+            let request = PlanRequest::new(&problem);
+            let answer = plan(&folder.domain, &request, &Budget::standard());
+            let Outcome::Solved(found) = answer.outcome else {
+                panic!("{shown}: {:?}", answer.outcome);
+            };
+            let checked = validate(&folder.domain, &request, &found.steps);
+            assert!(matches!(checked, Validation::Valid { .. }), "{shown}: {checked:?}");
+            assert!(!found.steps.is_empty(), "{shown}: there is nothing to do");
+        }
+    }
+}
+
+/// The labelled examples of every camera set-up of a domain.
+fn exemplar_folders(folder: &DomainFolder) -> Vec<(String, Vec<(RgbImage, Exemplar)>)> {
+    let read = |path: PathBuf| {
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let config = ExemplarConfig {
+            folder: Some(name),
+            image: None,
+            boxes: None,
+            state: None,
+            number: None,
+        };
+        let examples = config.read(folder, None).unwrap_or_else(|e| panic!("{e}"));
+        (in_project(&path), examples)
+    };
+    folders_in(&folder.path.join("exemplar")).into_iter().map(read).collect()
+}
+
+/// Known atoms of the observed predicates.
+fn observed(folder: &DomainFolder, atoms: &BTreeSet<Atom>) -> BTreeSet<Atom> {
+    let is_observed = |name: &Name| folder.perception.observed.iter().any(|o| o.predicate == *name);
+    atoms.iter().filter(|atom| is_observed(&atom.predicate)).cloned().collect()
+}
+
+/// From the labelled boxes and volumes follow the labelled facts.
+#[test]
+fn labelled_objects_give_their_labelled_facts() {
+    for folder in domains() {
+        for (shown, examples) in exemplar_folders(&folder) {
+            let grounder = folder.grounder("s2s", &examples).unwrap();
+            for (_, example) in &examples {
+                let expected = observed(&folder, &example.init);
+                let judged = grounder.ground(&example.objects);
+                let seen = judged.into_iter().filter(|j| j.truth).map(|j| j.atom).collect();
+                assert_eq!(expected, seen, "{shown}: {}", example.name);
+            }
+        }
+    }
+}
+
+/// What `ground` sees in a labelled image.
+fn look(
+    folder: &DomainFolder,
+    examples: &[(RgbImage, Exemplar)],
+    picture: &RgbImage,
+) -> GroundedImage {
+    let mut detector = folder.detector("colour", examples).unwrap();
+    let grounder = folder.grounder("s2s", examples).unwrap();
+    let pipeline = Pipeline {
+        domain: &folder.domain,
+        perception: &folder.perception,
+        rules: &folder.rules,
+        grounder: &*grounder,
+    };
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let view = ImageView::new(width, height, picture.as_raw()).unwrap();
+    ground_image(&pipeline, &mut *detector, &view, &Grip::Empty).unwrap()
+}
+
+/// From the pixels of a labelled image follow its labelled objects and facts, without any depth.
+#[test]
+fn labelled_images_give_their_labelled_objects_and_facts() {
+    let mut faults = Vec::new();
+    for folder in domains() {
+        for (_, examples) in exemplar_folders(&folder) {
+            for (picture, example) in &examples {
+                let seen = look(&folder, &examples, picture);
+                let shown = in_project(Path::new(&example.name));
+                let found = |name: &Name, labelled: &PixelBox| {
+                    let boxes = seen.boxes.iter().filter(|b| b.name == *name);
+                    boxes.map(|b| b.pixel_box.iou(labelled)).fold(0.0, f64::max) > 0.5
+                };
+                let missed = example.objects.iter().filter(|o| !found(&o.name, &o.pixel_box));
+                faults.extend(missed.map(|o| format!("{shown}: {} is not seen", o.name)));
+                let known = |name: &Name| example.objects.iter().any(|o| o.name == *name);
+                let invented = seen.boxes.iter().filter(|b| !known(&b.name));
+                faults.extend(invented.map(|b| format!("{shown}: {} is not there", b.name)));
+                let expected = observed(&folder, &example.init);
+                let judged = observed(&folder, &seen.facts.known);
+                let unlike = expected.symmetric_difference(&judged);
+                faults.extend(unlike.map(|atom| format!("{shown}: {atom} is missed or wrong")));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// Every scene stands, whatever the seed: nothing falls, slides or is pushed out of something else.
+#[cfg(feature = "sim")]
+#[test]
+fn every_scene_can_be_built_and_stands() {
+    use groundloop_sim::{SceneSpec, World, WorldConfig};
+
+    for folder in domains() {
+        for path in files_below(&folder.path.join("scenes"), "toml") {
+            if path.ends_with("labels.toml") {
+                continue;
+            }
+            let shown = in_project(&path);
+            let spec: SceneSpec = toml::from_str(&std::fs::read_to_string(&path).unwrap())
+                .unwrap_or_else(|e| panic!("{shown}: {e}"));
+            for seed in 1..=3 {
+                let mut world = World::new(&spec, &WorldConfig::tabletop(), seed)
+                    .unwrap_or_else(|e| panic!("{shown}, seed {seed}: {e}"));
+                let places = |world: &World| -> Vec<_> {
+                    let bodies = world.truth().bodies;
+                    bodies.into_iter().map(|b| (b.name, b.pose.translation.vector)).collect()
+                };
+                let before = places(&world);
+                assert_eq!(before.len(), spec.bodies.len(), "{shown}");
+                world.advance_to(1_000_000_000);
+                for ((name, from), (_, to)) in before.iter().zip(places(&world)) {
+                    let moved_m = (to - from).norm();
+                    assert!(moved_m < 0.004, "{shown}, seed {seed}: {name} moves by {moved_m} m");
+                }
+            }
+        }
+    }
+}
