@@ -10,7 +10,7 @@ use std::path::Path;
 
 use common::{Ended, Process, data, one_object, project, unique_run};
 use groundloop::config::DomainFolder;
-use groundloop::pddl::{SourceText, parse_plan, parse_problem};
+use groundloop::pddl::{Condition, Problem, SourceText, parse_plan, parse_problem, print_problem};
 use groundloop::planning::{PlanRequest, Validation, validate};
 use groundloop::transport::topics::{CAMERA_RGB, GOAL, SCENE};
 use groundloop::transport::wire::{FrameHeader, SCHEMA, SceneRecord, TaskHeader};
@@ -179,47 +179,33 @@ fn photograph(domain: &str, config: &str, number: u32, goal: &str) {
     let strings = |key: &str| -> Vec<&str> {
         report[key].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect()
     };
-    // The data set calls the arm `bot`.
-    let expected = labelled(&files.join(format!("problems/problem{number}.pddl")), domain);
+    let folder = DomainFolder::read(&project("domains").join(domain)).unwrap();
+    let labelled = labelled(&files.join(format!("problems/problem{number}.pddl")), &folder);
     let seen: BTreeSet<String> = strings("facts").into_iter().map(str::to_owned).collect();
-    assert_eq!(seen, expected);
-    accepted(domain, &strings("facts"), report["goal"].as_str().unwrap(), &strings("plan"));
-}
-
-fn labelled(path: &Path, domain: &str) -> BTreeSet<String> {
-    let folder = DomainFolder::read(&project("domains").join(domain)).unwrap();
-    let text = fs::read_to_string(path).unwrap().replace("bot", "arm");
-    let source = SourceText::new(path.display().to_string(), text);
-    let problem = parse_problem(&source, &folder.domain).unwrap().value;
-    problem.init.iter().map(ToString::to_string).collect()
-}
-
-/// The plan leads from these facts to the goal.
-#[track_caller]
-fn accepted(domain: &str, facts: &[&str], goal: &str, plan: &[&str]) {
-    let folder = DomainFolder::read(&project("domains").join(domain)).unwrap();
-    let words = facts.iter().flat_map(|fact| fact.trim_matches(['(', ')']).split(' ').skip(1));
-    let names: BTreeSet<&str> = words.collect();
-    let typed = names.iter().map(|name| {
-        let of_type = |part: &str| name.contains(part);
-        match () {
-            () if of_type("_block") => format!("{name} - block"),
-            () if of_type("_disk") => format!("{name} - disk"),
-            () if of_type("_peg") => format!("{name} - peg"),
-            () => format!("{name} - robot"),
-        }
-    });
-    let objects = typed.collect::<Vec<_>>().join(" ");
-    let text = format!(
-        "(define (problem seen) (:domain {domain}) (:objects {objects}) (:init {})\n(:goal {goal}))",
-        facts.join(" ")
-    );
-    let source = SourceText::new("seen", text);
-    let problem = parse_problem(&source, &folder.domain).unwrap().value;
-    let steps = parse_plan(&SourceText::new("plan", plan.join("\n"))).unwrap();
+    assert_eq!(seen, labelled.init.iter().map(ToString::to_string).collect());
+    let problem = Problem { goal: parse_goal(&report["goal"], &labelled, &folder), ..labelled };
+    let steps = parse_plan(&SourceText::new("plan", strings("plan").join("\n"))).unwrap();
     let checked = validate(&folder.domain, &PlanRequest::new(&problem), &steps);
-    assert!(matches!(checked, Validation::Valid { .. }), "{checked:?}: {plan:?}");
+    assert!(matches!(checked, Validation::Valid { .. }), "{checked:?}: {report}");
     assert!(!steps.is_empty());
+}
+
+/// A labelled problem of the data set, which calls the arm `bot`.
+fn labelled(path: &Path, folder: &DomainFolder) -> Problem {
+    let text = fs::read_to_string(path).unwrap();
+    let text = text.replace("bot)", "arm)").replace("bot - ", "arm - ");
+    let source = SourceText::new(path.display().to_string(), text);
+    parse_problem(&source, &folder.domain).unwrap().value
+}
+
+/// A goal that a report tells, about the objects of a problem.
+fn parse_goal(goal: &serde_json::Value, problem: &Problem, folder: &DomainFolder) -> Condition {
+    let goal = goal.as_str().unwrap();
+    let empty = Problem { goal: Condition::True, ..problem.clone() };
+    let text = print_problem(&empty).replace("(:goal (and))", &format!("(:goal {goal})"));
+    let parsed = parse_problem(&SourceText::new("goal", text), &folder.domain).unwrap().value;
+    assert_ne!(parsed.goal, Condition::True, "{goal}");
+    parsed.goal
 }
 
 #[test]

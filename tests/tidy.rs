@@ -56,10 +56,10 @@ fn nothing_is_left_for_later() {
     // In two parts each, so that this file passes.
     let marks = [["FIX", "ME"], ["TO", "DO"], ["XX", "X"], ["dbg", "!("], ["todo", "!("]];
     let marks = marks.map(|parts| parts.concat());
-    let texts = ["configs", "domains", ".ci"].iter().flat_map(|folder| {
-        ["toml", "pddl", "json", "run"].iter().flat_map(|e| files_below(&project(folder), e))
+    let texts = ["configs", "domains"].iter().flat_map(|folder| {
+        ["toml", "pddl", "json"].iter().flat_map(|e| files_below(&project(folder), e))
     });
-    let pages = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"].map(project);
+    let pages = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", ".ci/run"].map(project);
     let mut faults = Vec::new();
     for path in rust_files().into_iter().chain(texts).chain(pages) {
         for (i, line) in read(&path).lines().enumerate() {

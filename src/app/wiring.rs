@@ -7,8 +7,7 @@ use std::time::Duration;
 use tokio::sync::watch;
 
 use crate::actors::{
-    ActorError, ActorSpec, Chaos, Keep, Serve, camera, goal_parser, planner, robot, scene_parser,
-    skill_executor,
+    ActorError, ActorSpec, Chaos, Keep, Serve, goal_parser, planner, scene_parser, skill_executor,
 };
 use crate::config::{CameraKind, ConfigError, DomainFolder, RobotKind, RunConfig};
 use crate::detectors::Detector;
@@ -208,12 +207,23 @@ impl Prepared {
     pub(super) fn hardware(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
         match self.config.camera.kind {
             CameraKind::External => Ok(Hardware::default()),
+            #[cfg(feature = "sim")]
             CameraKind::Sim => self.simulated(bus, shared),
+            #[cfg(not(feature = "sim"))]
+            CameraKind::Sim => {
+                let _: (&Bus, &Shared) = (bus, shared);
+                Err(ConfigError::Missing {
+                    what: "the simulator".to_owned(),
+                    how: "this groundloop was built without it; build with `--features sim`"
+                        .to_owned(),
+                })
+            }
         }
     }
 
     #[cfg(feature = "sim")]
     fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
+        use crate::actors::{camera, robot};
         use crate::cameras::sim::SimCamera;
         use crate::cameras::sim_labels::Oracle;
         use crate::robots::sim::SimHardware;
@@ -245,14 +255,6 @@ impl Prepared {
             robot::serve(bus_of_robot.clone(), hardware.robot(), chaos.clone())
         });
         Ok(Hardware { actors: vec![camera, robot], truth })
-    }
-
-    #[cfg(not(feature = "sim"))]
-    fn simulated(&self, _: &Bus, _: &Shared) -> Result<Hardware, ConfigError> {
-        Err(ConfigError::Missing {
-            what: "the simulator".to_owned(),
-            how: "this groundloop was built without it; build with `--features sim`".to_owned(),
-        })
     }
 }
 
