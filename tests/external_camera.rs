@@ -69,7 +69,7 @@ fn a_camera_that_comes_later_is_found() {
     tokio_test(async {
         let frames: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB).unwrap();
         frames.publish(FrameHeader { schema: SCHEMA, ..FrameHeader::default() }, &[]).unwrap();
-        run.wait_for_line("frame rejected");
+        run.wait_for_line("refused");
     });
     let _camera = camera(IMAGE, &name);
     has_planned(&run.end());

@@ -159,7 +159,8 @@ fn named_files(page: &str) -> Vec<String> {
     // Fenced blocks have three backticks in a row, which leaves the count of the others even.
     let code = page.split('`').skip(1).step_by(2);
     let is_place = |c: char| c.is_alphanumeric() || "_-./".contains(c);
-    let files = code.filter(|code| code.ends_with(".rs") && code.chars().all(is_place));
+    let is_rust = |code: &&str| Path::new(code).extension().is_some_and(|e| e == "rs");
+    let files = code.filter(is_rust).filter(|code| code.chars().all(is_place));
     found.extend(files.map(str::to_owned));
     found
 }

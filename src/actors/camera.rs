@@ -21,8 +21,8 @@ pub async fn serve(bus: Bus, mut camera: Box<dyn Camera>, chaos: Chaos) -> Resul
         };
         chaos.message("camera");
         if let Some(depth_m) = &frame.depth_m {
-            depth.publish(frame_header(&frame, true), &depth_to_bytes(depth_m))?;
+            depth.publish(frame_header(frame, true), depth_to_bytes(depth_m))?;
         }
-        rgb.publish(frame_header(&frame, false), &frame.rgb)?;
+        rgb.publish(frame_header(frame, false), &frame.rgb)?;
     }
 }

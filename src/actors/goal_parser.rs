@@ -11,7 +11,7 @@ use crate::pddl::{Condition, Name};
 use crate::transport::convert::{Vocabulary, goal_to_wire, scene_from_wire};
 use crate::transport::topics::{GOAL, SCENE};
 use crate::transport::wire::{SceneRecord, TaskHeader};
-use crate::transport::{Bus, Inbox, Outbox};
+use crate::transport::{Bus, Inbox, Outbox, Received};
 
 /// `TaskHeader::verdict` of a goal message that says "not yet".
 pub const GOAL_PENDING: u32 = 1;
@@ -49,16 +49,9 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
             // The goal is constant. The port stays open for late joiners.
             return std::future::pending().await;
         }
-        let message = scenes.newest().await?;
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        let scene = scenes.newest_of(read).await?;
         args.chaos.message("goal_parser");
-        let scene = scene_from_wire(message.header(), message.records(), &args.vocabulary);
-        let scene = match scene {
-            Ok(scene) => scene,
-            Err(error) => {
-                tracing::warn!(%error, "scene");
-                continue;
-            }
-        };
         if let Some(answer) = ask(&args, &scene)? {
             args.keep.store(Some(answer.clone()));
             goal = Some(answer);

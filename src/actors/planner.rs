@@ -14,7 +14,7 @@ use crate::transport::convert::{
 };
 use crate::transport::topics::{GOAL, OUTCOME, PLAN, SCENE};
 use crate::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
-use crate::transport::{Bus, Inbox, Outbox, TransportError};
+use crate::transport::{Bus, Inbox, Outbox, Received, TransportError};
 
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
@@ -58,16 +58,8 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let plans: Outbox<TaskHeader, StepRecord> = args.bus.outbox(&PLAN)?;
     let mut memory = args.keep.load();
     loop {
-        let scene = {
-            let message = scenes.newest().await?;
-            match scene_from_wire(message.header(), message.records(), &args.vocabulary) {
-                Ok(scene) => scene,
-                Err(error) => {
-                    tracing::warn!(%error, "scene");
-                    continue;
-                }
-            }
-        };
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        let scene = scenes.newest_of(read).await?;
         if memory.last_cycle == Some(scene.cause.cycle) {
             continue; // a restarted scene parser's history
         }

@@ -70,6 +70,13 @@ struct Ports {
     scenes: Outbox<TaskHeader, SceneRecord>,
 }
 
+/// What one incarnation works with.
+struct Tools {
+    detector: Box<dyn Detector>,
+    /// Depth of the present frame; kept, so that no frame needs new memory.
+    depth_m: Vec<f32>,
+}
+
 /// Turns every newest frame into a scene graph.
 ///
 /// # Errors
@@ -84,13 +91,22 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         statuses: bus.inbox(&ROBOT_STATUS)?,
         scenes: bus.outbox(&SCENE)?,
     };
-    let mut detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
+    let detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
+    let mut tools = Tools { detector, depth_m: Vec::new() };
     let mut memory = args.keep.load();
     let mut depths: Option<Received<FrameHeader, u8>> = None;
     let mut rejection: Option<String> = None;
     let mut deadline = Instant::now() + args.wait;
     loop {
-        let frame = match timeout_at(deadline, ports.rgb.newest()).await {
+        let usable = |frame: Received<FrameHeader, u8>| match check(&args, &frame) {
+            Ok(()) => Ok(frame),
+            Err(reason) => {
+                memory.rejected += 1;
+                rejection = Some(reason.clone());
+                Err(reason)
+            }
+        };
+        let frame = match timeout_at(deadline, ports.rgb.newest_of(usable)).await {
             Ok(frame) => frame?,
             Err(_) => return Err(no_frames(&args, rejection).into()),
         };
@@ -103,9 +119,8 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         args.chaos.message("scene_parser");
         memory.hear(&mut ports)?;
         let depth = depths.as_ref().filter(|d| d.header().sequence == frame.header().sequence);
-        let parsed = tokio::task::block_in_place(|| {
-            parse(&args, &mut memory, &mut *detector, &frame, depth)
-        });
+        let parsed =
+            tokio::task::block_in_place(|| parse(&args, &mut memory, &mut tools, &frame, depth));
         memory.last_frame = Some(frame.header().sequence);
         memory.missed = ports.rgb.drops().missed;
         match parsed {
@@ -141,28 +156,41 @@ fn no_frames(args: &Args, rejection: Option<String>) -> Fatal {
     }
 }
 
+/// Whether a frame can be worked on; why, if not.
+fn check(args: &Args, frame: &Received<FrameHeader, u8>) -> Result<(), String> {
+    let view = frame_from_wire(frame.header(), frame.records()).map_err(|e| e.to_string())?;
+    let [width, height] = args.image_size;
+    if (view.width, view.height) == (width, height) {
+        return Ok(());
+    }
+    let got = format!("{}x{}", view.width, view.height);
+    Err(format!("the labelled examples are {width}x{height} pixels, the frame is {got}"))
+}
+
 fn parse(
     args: &Args,
     memory: &mut Memory,
-    detector: &mut dyn Detector,
+    tools: &mut Tools,
     frame: &Received<FrameHeader, u8>,
     depth: Option<&Received<FrameHeader, u8>>,
 ) -> Result<Scene, String> {
     let started_ns = monotonic_ns();
     let header = frame.header();
     let view = frame_from_wire(header, frame.records()).map_err(|e| e.to_string())?;
-    let [width, height] = args.image_size;
-    if (view.width, view.height) != (width, height) {
-        let got = format!("{}x{}", view.width, view.height);
-        return Err(format!(
-            "the labelled examples are {width}x{height} pixels, the frame is {got}"
-        ));
-    }
     let (columns, rows) = (view.width as usize, view.height as usize);
     let image = ImageView::new(columns, rows, view.rgb).map_err(|e| e.to_string())?;
-    let depth = depth.and_then(|d| depth_from_wire(d.header(), d.records()).ok());
-    let depth = depth.as_ref().and_then(|d| DepthView::new(columns, rows, &d.depth_m).ok());
-    let detections = detector.detect(&image).map_err(|e| e.to_string())?;
+    let depth_m = &mut tools.depth_m;
+    let mut read =
+        |d: &Received<FrameHeader, u8>| depth_from_wire(d.header(), d.records(), depth_m);
+    let has_depth = depth.is_some_and(|d| match read(d) {
+        Ok(()) => true,
+        Err(error) => {
+            tracing::warn!(%error, "depth");
+            false
+        }
+    });
+    let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
+    let detections = tools.detector.detect(&image).map_err(|e| e.to_string())?;
     let detected_ns = monotonic_ns();
     let cause = Cause {
         cycle: memory.cycle,
@@ -197,12 +225,8 @@ impl Memory {
             command_from_wire,
         )?);
         self.statuses.extend(fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?);
-        if let Some(state) = ports.states.drain_newest()? {
-            match robot_state_from_wire(state.header(), state.records()) {
-                Ok(state) => self.robot = Some(state),
-                Err(error) => tracing::warn!(%error, "robot/state"),
-            }
-        }
+        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
+        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         Ok(())
     }
 }

@@ -20,7 +20,7 @@ use crate::transport::wire::{
     CommandRecord, DeviceHeader, OutcomeRecord, RobotStateRecord, SceneRecord, StatusRecord,
     StepRecord, TaskHeader,
 };
-use crate::transport::{Bus, Inbox, Outbox, TransportError};
+use crate::transport::{Bus, Inbox, Outbox, Received, TransportError};
 
 /// Hears what people should be told; the cycle comes with it.
 pub type Narrate = Arc<dyn Fn(u64, u64, &Note) + Send + Sync>;
@@ -86,25 +86,18 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let mut stop = args.stop.clone();
     let mut memory = args.keep.load();
     loop {
+        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.vocabulary);
         let plan = tokio::select! {
             biased;
             stopped = stop.wait_for(Option::is_some) => {
                 let why = stopped.ok().and_then(|why| *why).unwrap_or(Stop::Terminate);
                 return memory.halt(&args, &ports, why);
             }
-            message = ports.plans.newest() => {
-                let message = message?;
-                plan_from_wire(message.header(), message.records(), &args.vocabulary)
-            }
+            plan = ports.plans.newest_of(read) => plan?,
         };
-        let plan = match plan {
-            Ok(plan) if memory.last_cycle != Some(plan.cause.cycle) => plan,
-            Ok(_) => continue, // a restarted planner's history
-            Err(error) => {
-                tracing::warn!(%error, "plan");
-                continue;
-            }
-        };
+        if memory.last_cycle == Some(plan.cause.cycle) {
+            continue; // a restarted planner's history
+        }
         args.chaos.message("skill_executor");
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
         memory.publish(&args, &ports, &decision)?;
@@ -124,18 +117,10 @@ impl Memory {
         ports: &mut Ports,
         plan: &PlanMessage,
     ) -> Result<Option<Decision>, TransportError> {
-        if let Some(message) = ports.scenes.drain_newest()? {
-            match scene_from_wire(message.header(), message.records(), &args.vocabulary) {
-                Ok(scene) => self.scene = Some(scene),
-                Err(error) => tracing::warn!(%error, "scene"),
-            }
-        }
-        if let Some(message) = ports.states.drain_newest()? {
-            match robot_state_from_wire(message.header(), message.records()) {
-                Ok(state) => self.robot = Some(state),
-                Err(error) => tracing::warn!(%error, "robot/state"),
-            }
-        }
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        self.scene = ports.scenes.drain_newest_of(read)?.or(self.scene.take());
+        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
+        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         let Some(scene) = &self.scene else { return Ok(None) };
         let now_ns = match args.clock {

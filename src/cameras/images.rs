@@ -14,10 +14,10 @@ use crate::telemetry::monotonic_ns;
 /// Shows each image of a list `repeat` times, again and again.
 #[derive(Debug)]
 pub struct ImageCamera {
-    images: Vec<RgbImage>,
+    frames: Vec<Frame>,
     repeat: u64,
     ticks: Interval,
-    frame: u64,
+    sequence: u64,
     frames_max: Option<u64>,
 }
 
@@ -60,38 +60,44 @@ impl ImageCamera {
         frames_max: Option<u64>,
     ) -> Result<Self, CameraError> {
         let read = |path: &PathBuf| {
-            read_rgb(path).map_err(|e| CameraError::Image {
+            read_rgb(path).map(still).map_err(|e| CameraError::Image {
                 path: path.display().to_string(),
                 reason: e.to_string(),
             })
         };
-        let images = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
+        let frames = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
         let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-        Ok(Self { images, repeat: repeat.max(1), ticks, frame: 0, frames_max })
+        Ok(Self { frames, repeat: repeat.max(1), ticks, sequence: 0, frames_max })
+    }
+}
+
+/// An image as a frame.
+fn still(image: RgbImage) -> Frame {
+    Frame {
+        sequence: 0,
+        capture_ns: 0,
+        width: image.width(),
+        height: image.height(),
+        rgb: image.into_raw(),
+        depth_m: None,
+        model: None,
     }
 }
 
 impl Camera for ImageCamera {
     fn next(&mut self) -> NextFrame<'_> {
         Box::pin(async {
-            if self.frames_max.is_some_and(|max| self.frame >= max) {
+            if self.frames_max.is_some_and(|max| self.sequence >= max) {
                 return Ok(None);
             }
             self.ticks.tick().await;
-            let sequence = self.frame;
-            self.frame += 1;
-            let image_idx = (sequence / self.repeat) as usize % self.images.len().max(1);
-            let Some(image) = self.images.get(image_idx) else { return Ok(None) };
-            Ok(Some(Frame {
-                sequence,
-                capture_ns: monotonic_ns(),
-                width: image.width(),
-                height: image.height(),
-                rgb: image.as_raw().clone(),
-                depth_m: None,
-                model: None,
-            }))
+            let sequence = self.sequence;
+            self.sequence += 1;
+            let frame_idx = (sequence / self.repeat) as usize % self.frames.len().max(1);
+            let Some(frame) = self.frames.get_mut(frame_idx) else { return Ok(None) };
+            (frame.sequence, frame.capture_ns) = (sequence, monotonic_ns());
+            Ok(Some(&*frame))
         })
     }
 }

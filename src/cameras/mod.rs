@@ -13,9 +13,9 @@ use thiserror::Error;
 
 use crate::messages::Frame;
 
-/// The next frame; `None` when there will be no more.
+/// The next frame, lent until the one after it; `None` when there will be no more.
 pub type NextFrame<'a> =
-    Pin<Box<dyn Future<Output = Result<Option<Frame>, CameraError>> + Send + 'a>>;
+    Pin<Box<dyn Future<Output = Result<Option<&'a Frame>, CameraError>> + Send + 'a>>;
 
 /// A camera, hosted by the camera actor.
 pub trait Camera: Send {

@@ -17,6 +17,7 @@ pub struct SimCamera {
     hardware: SimHardware,
     renderer: Renderer,
     buffer: groundloop_sim::Frame,
+    frame: Frame,
     released: watch::Receiver<u64>,
     ticks: Option<Interval>,
     next: u64,
@@ -49,10 +50,19 @@ impl SimCamera {
         // The frame that waits for an answer is shown (again, after a restart).
         let next = released.borrow().saturating_sub(1);
         let (renderer, buffer) = (Renderer::new(), groundloop_sim::Frame::default());
-        Self { hardware, renderer, buffer, released, ticks, next }
+        let frame = Frame {
+            sequence: 0,
+            capture_ns: 0,
+            width: hardware.camera.width,
+            height: hardware.camera.height,
+            rgb: Vec::new(),
+            depth_m: Some(Vec::new()),
+            model: Some(model_of(&hardware.camera)),
+        };
+        Self { hardware, renderer, buffer, frame, released, ticks, next }
     }
 
-    fn capture(&mut self) -> Result<Frame, CameraError> {
+    fn capture(&mut self) -> Result<(), CameraError> {
         let sequence = self.next;
         self.next += 1;
         let seed = self.hardware.frame_seed(sequence);
@@ -61,15 +71,11 @@ impl SimCamera {
         let (capture_ns, rendered) =
             self.hardware.look(|world| renderer.render_into(world, camera, seed, buffer));
         rendered.map_err(|e| CameraError::Render { reason: e.to_string() })?;
-        Ok(Frame {
-            sequence,
-            capture_ns,
-            width: buffer.width,
-            height: buffer.height,
-            rgb: buffer.rgb.clone(),
-            depth_m: Some(buffer.depth_m.clone()),
-            model: Some(model_of(camera)),
-        })
+        // The buffers change places, so that no frame needs new memory.
+        std::mem::swap(&mut self.frame.rgb, &mut buffer.rgb);
+        std::mem::swap(self.frame.depth_m.get_or_insert_default(), &mut buffer.depth_m);
+        (self.frame.sequence, self.frame.capture_ns) = (sequence, capture_ns);
+        Ok(())
     }
 }
 
@@ -84,7 +90,8 @@ impl Camera for SimCamera {
                     return Ok(None); // the world is gone
                 }
             }
-            tokio::task::block_in_place(|| self.capture()).map(Some)
+            tokio::task::block_in_place(|| self.capture())?;
+            Ok(Some(&self.frame))
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The bus: one iceoryx2 node per process and run, in a name space of its own.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
@@ -45,6 +45,9 @@ impl BusConfig {
 #[derive(Debug, Clone)]
 pub struct Bus {
     node: Arc<Node<Service>>,
+    /// One port is opened at a time: where one thread creates a service and another opens it at
+    /// the same moment, iceoryx2 0.10 panics ("already registered").
+    opening: Arc<Mutex<()>>,
     run: Arc<str>,
 }
 
@@ -72,7 +75,8 @@ impl Bus {
             .create::<Service>()
             .map_err(|e| fault(format!("{e:?}")))?;
         node.try_cleanup_dead_nodes();
-        Ok(Self { node: Arc::new(node), run: config.run.as_str().into() })
+        let (node, opening) = (Arc::new(node), Arc::default());
+        Ok(Self { node, opening, run: config.run.as_str().into() })
     }
 
     /// Opens a topic for writing.
@@ -83,6 +87,7 @@ impl Bus {
     where
         R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
     {
+        let _one_at_a_time = self.opening();
         Outbox::open(&self.node, &self.service_name(topic), topic)
     }
 
@@ -94,12 +99,17 @@ impl Bus {
     where
         R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
     {
+        let _one_at_a_time = self.opening();
         Inbox::open(&self.node, &self.service_name(topic), topic)
     }
 
     /// Removes what dead processes left behind and tells their readers.
     pub fn clean_up_dead_nodes(&self) {
         self.node.try_cleanup_dead_nodes();
+    }
+
+    fn opening(&self) -> MutexGuard<'_, ()> {
+        self.opening.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn service_name(&self, topic: &Topic) -> String {

@@ -272,6 +272,44 @@ impl<H: Header, R: Record> Inbox<H, R> {
         }
     }
 
+    /// Waits for messages and returns the newest one that `read` accepts. What it refuses is told
+    /// and dropped: a foreign message must not hide one that counts.
+    ///
+    /// Cancel-safe: dropping the future loses no message.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub async fn newest_of<T, E: std::fmt::Display>(
+        &mut self,
+        mut read: impl FnMut(Received<H, R>) -> Result<T, E>,
+    ) -> Result<T, TransportError> {
+        loop {
+            if let Some(value) = self.drain_newest_of(&mut read)? {
+                return Ok(value);
+            }
+            self.wakeups.wait().await?;
+        }
+    }
+
+    /// The newest message that is here already and that `read` accepts, if any; what it refuses
+    /// is told and dropped.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub fn drain_newest_of<T, E: std::fmt::Display>(
+        &mut self,
+        mut read: impl FnMut(Received<H, R>) -> Result<T, E>,
+    ) -> Result<Option<T>, TransportError> {
+        let mut newest = None;
+        while let Some(received) = self.poll_next()? {
+            match read(received) {
+                Ok(value) => newest = Some(value),
+                Err(error) => tracing::warn!(topic = self.wakeups.topic, %error, "refused"),
+            }
+        }
+        Ok(newest)
+    }
+
     /// Waits for the next message, oldest first. Cancel-safe.
     ///
     /// # Errors

@@ -33,13 +33,6 @@ pub struct FrameView<'a> {
     pub model: Option<CameraModel>,
 }
 
-/// A checked depth frame: metres along the optical axis, 0 where there is none.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DepthView {
-    /// `width * height` values.
-    pub depth_m: Vec<f32>,
-}
-
 /// The header of a frame; `depth` says which of its two pictures.
 pub fn frame_header(frame: &Frame, depth: bool) -> FrameHeader {
     let bytes_per_pixel = if depth { 4 } else { 3 };
@@ -80,25 +73,27 @@ pub fn frame_from_wire<'a>(
     Ok(FrameView { width, height, rgb: payload, model: model_from_wire(header)? })
 }
 
-/// Checks a depth frame; values that are not finite and positive become 0.
+/// Checks a depth frame and writes it into `depth_m`, `width * height` values; values that are not
+/// finite and positive become 0.
 ///
 /// # Errors
 /// [`WireError`] as for [`frame_from_wire`].
-pub fn depth_from_wire(header: &FrameHeader, payload: &[u8]) -> Result<DepthView, WireError> {
+pub fn depth_from_wire(
+    header: &FrameHeader,
+    payload: &[u8],
+    depth_m: &mut Vec<f32>,
+) -> Result<(), WireError> {
     check_size(header, ENCODING_DEPTH_F32, 4, payload)?;
-    let depth_m = payload
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|bytes| f32::from_le_bytes(*bytes))
-        .map(|z| if z.is_finite() && z > 0.0 { z } else { 0.0 })
-        .collect();
-    Ok(DepthView { depth_m })
+    let values = payload.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+    depth_m.clear();
+    depth_m.extend(values.map(|z| if z.is_finite() && z > 0.0 { z } else { 0.0 }));
+    Ok(())
 }
 
-/// Depth values as they travel.
-pub fn depth_to_bytes(depth_m: &[f32]) -> Vec<u8> {
-    depth_m.iter().flat_map(|z| z.to_le_bytes()).collect()
+/// Depth values as they travel: the same bytes.
+#[cfg(target_endian = "little")]
+pub fn depth_to_bytes(depth_m: &[f32]) -> &[u8] {
+    bytemuck::cast_slice(depth_m)
 }
 
 fn check_size(

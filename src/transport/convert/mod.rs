@@ -11,9 +11,9 @@ use std::fmt::Display;
 use thiserror::Error;
 
 pub use device::{
-    DepthView, FrameView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
-    device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
-    status_from_wire, status_to_wire,
+    FrameView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes, device_header,
+    frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire, status_from_wire,
+    status_to_wire,
 };
 pub use task::{
     Vocabulary, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, plan_from_wire,

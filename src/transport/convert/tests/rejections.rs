@@ -197,8 +197,8 @@ fn frames_of_the_wrong_size_or_form_are_rejected() {
     }
     let header = frame_header(&frame, false);
     check("payload", frame_from_wire(&header, &frame.rgb[1..]));
-    check("encoding", depth_from_wire(&header, &frame.rgb));
-    check("payload", depth_from_wire(&frame_header(&frame, true), &[0; 23]));
+    check("encoding", depth_from_wire(&header, &frame.rgb, &mut Vec::new()));
+    check("payload", depth_from_wire(&frame_header(&frame, true), &[0; 23], &mut Vec::new()));
 }
 
 #[test]
