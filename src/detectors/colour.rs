@@ -17,9 +17,6 @@ use super::{Detection, Detector, DetectorError, ImageView};
 use crate::grounding::{ObjectBox, Perception, TypeSpec};
 use crate::pddl::Name;
 
-/// What is this near to a labelled box, in pixels, may be its object's blurred edge.
-const MARGIN_PX: f64 = 3.0;
-
 /// Finds patches of declared colours.
 #[derive(Debug, Clone)]
 pub struct ColourDetector {
@@ -127,15 +124,6 @@ impl Detector for ColourDetector {
             let known = self.sizes.entry(object.type_name.clone()).or_insert(new);
             *known = known.widened(new);
         }
-        let is_labelled = |x: usize, y: usize| {
-            let (x, y) = (x as f64, y as f64);
-            objects.iter().map(|object| object.pixel_box).any(|b| {
-                let inside =
-                    |v: f64, low: f64, high: f64| low - MARGIN_PX <= v && v < high + MARGIN_PX;
-                inside(x, b.x1, b.x2) && inside(y, b.y1, b.y2)
-            })
-        };
-        self.palette.learn_background(image, is_labelled);
         Ok(())
     }
 

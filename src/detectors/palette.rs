@@ -32,17 +32,8 @@ const LEARNT_SHARE: f32 = 0.3;
 /// but by no more than this: what one object shows of its colour says little about others.
 const LEARNT_MAX: f32 = 0.06;
 
-/// Bits kept of each channel when the background of a labelled image is summed up.
-const BACKGROUND_BITS: u32 = 5;
-
-/// A background colour counts when it covers at least this share of a labelled image.
-const BACKGROUND_SHARE_MIN: f64 = 0.000_2;
-
 /// Least share of a labelled box's middle that must have the colour for it to be learnt from.
 const OWN_SHARE_MIN: f64 = 0.05;
-
-/// A background shade this near to a labelled object's is the same paint.
-const SAME_PAINT_MAX: f32 = 0.15;
 
 /// The colour names in use with their shades, and the look-up table made of them.
 #[derive(Debug, Clone)]
@@ -50,8 +41,6 @@ pub(super) struct Palette {
     names: Vec<Name>,
     shades: Vec<(u8, Shade)>,
     learnt: Vec<(u8, Shade)>,
-    /// Shades of what is no object in labelled images: the table in shadow, a board's edge.
-    background: Vec<Shade>,
     /// Class by quantised colour; empty until it is needed.
     table: Vec<u8>,
 }
@@ -72,7 +61,6 @@ impl Palette {
             names: colours.keys().cloned().collect(),
             shades: shades.collect(),
             learnt: Vec::new(),
-            background: Vec::new(),
             table: Vec::new(),
         })
     }
@@ -119,38 +107,6 @@ impl Palette {
             self.learnt.push((class, Shade::of(Lab::of([r, g, b]))));
             self.table.clear();
         }
-    }
-
-    /// Learns what is no object: every coloured shade that a labelled image shows outside its
-    /// boxes, over more than a few pixels.
-    pub(super) fn learn_background(
-        &mut self,
-        image: &ImageView<'_>,
-        is_labelled: impl Fn(usize, usize) -> bool,
-    ) {
-        let shift = 8 - BACKGROUND_BITS;
-        let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
-        for y in 0..image.height() {
-            let row = image.row(y).as_chunks().0.iter().enumerate();
-            for (_, rgb) in row.filter(|(x, _)| !is_labelled(*x, y)) {
-                *counts.entry(rgb.map(|v| v >> shift)).or_insert(0) += 1;
-            }
-        }
-        let n_pixels = (image.width() * image.height()) as f64;
-        let common =
-            counts.into_iter().filter(|(_, n)| f64::from(*n) >= BACKGROUND_SHARE_MIN * n_pixels);
-        let middle = |q: u8| (q << shift) | (1 << (shift - 1));
-        let labs = common.map(|(cell, _)| Lab::of(cell.map(middle)));
-        let shades = labs.filter(|lab| lab.chroma() >= CHROMA_MIN).map(Shade::of);
-        // A post may stand on a board of its own wood: what looks like a labelled object is told
-        // from it by its outline, not by its colour.
-        let like_an_object = |shade: &Shade| {
-            let known = self.learnt.iter().map(|(_, known)| shade.distance(*known, PER_LIGHTNESS));
-            known.fold(f32::INFINITY, f32::min) < SAME_PAINT_MAX
-        };
-        let shades: Vec<Shade> = shades.filter(|shade| !like_an_object(shade)).collect();
-        self.background.extend(shades);
-        self.table.clear();
     }
 
     /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
@@ -200,10 +156,6 @@ impl Palette {
                     best = (counted, *class);
                 }
             }
-        }
-        let is_background = |known: &Shade| shade.distance(*known, PER_LIGHTNESS) < best.0;
-        if self.background.iter().any(is_background) {
-            return NONE;
         }
         // Grey of the same lightness competes like a shade: whatever is nearer to it is grey.
         if nearest < shade.saturation().min(DISTANCE_MAX) { best.1 } else { NONE }
