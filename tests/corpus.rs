@@ -2,11 +2,14 @@
 //!
 //! The files are read in place from the folder that the environment variable `GROUNDLOOP_DATA`
 //! names; without it every test here says that it was skipped.
-#![expect(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test file")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test file")]
+
+mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::data;
 use groundloop::pddl::{
     Domain, ErrorKind, Problem, SourceText, parse_domain, parse_problem, parse_rules, print_domain,
     print_problem,
@@ -14,23 +17,6 @@ use groundloop::pddl::{
 use groundloop::planning::{
     Answer, Budget, Outcome, Plan, PlanRequest, Validation, plan, validate,
 };
-
-/// The data folder `part`, or a line that says why it is not there.
-fn data(part: &str) -> Option<PathBuf> {
-    #[expect(clippy::disallowed_methods, reason = "test data lies outside the project")]
-    let root = std::env::var("GROUNDLOOP_DATA");
-    let Ok(root) = root else {
-        println!("skipped: GROUNDLOOP_DATA is not set");
-        return None;
-    };
-    let folder = Path::new(&root).join(part);
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("skipped: {} is absent", folder.display());
-        None
-    }
-}
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())
@@ -68,7 +54,7 @@ fn problem_files(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn competition_files_are_read() {
-    let Some(root) = data("ipc") else { return };
+    let Some(root) = data("ipc", "published problems") else { return };
     let mut folders: Vec<PathBuf> =
         fs::read_dir(root).unwrap().map(|e| e.unwrap().path()).collect();
     folders.sort();
@@ -85,7 +71,7 @@ fn competition_files_are_read() {
 
 #[test]
 fn prodg_v_files_are_read() {
-    let Some(root) = data("prodgv/data") else { return };
+    let Some(root) = data("prodgv/data", "published problems") else { return };
     for name in ["blocksworld", "cooking", "hanoi"] {
         let folder = root.join(name);
         let domain = domain(&folder.join("domain.pddl"));
@@ -108,7 +94,7 @@ fn prodg_v_files_are_read() {
 
 #[test]
 fn the_derived_predicates_of_a_known_complaint_are_read() {
-    let Some(folder) = data("derived-328") else { return };
+    let Some(folder) = data("derived-328", "published problems") else { return };
     let domain = domain(&folder.join("domain.pddl"));
     assert_eq!(domain.axioms.len(), 13);
     let problem = problem(&folder.join("problem.pddl"), &domain);
@@ -141,7 +127,7 @@ const GOLDEN: &[(&str, &[(u32, u64)])] = &[
 
 #[test]
 fn prodg_v_problems_are_solved_at_the_least_cost() {
-    let Some(root) = data("prodgv/data") else { return };
+    let Some(root) = data("prodgv/data", "published problems") else { return };
     for (name, golden) in GOLDEN {
         let folder = root.join(name);
         let domain = domain(&folder.join("domain.pddl"));
@@ -158,7 +144,7 @@ const UNSOLVED: &[&str] = &["cavediving-14-adl"];
 
 #[test]
 fn competition_problems_are_solved() {
-    let Some(root) = data("ipc") else { return };
+    let Some(root) = data("ipc", "published problems") else { return };
     let mut folders: Vec<PathBuf> =
         fs::read_dir(root).unwrap().map(|e| e.unwrap().path()).collect();
     folders.sort();

@@ -5,9 +5,12 @@
 #![expect(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test file")]
 
 use std::collections::BTreeSet;
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::data;
 use groundloop::detectors::{
     ColourDetector, Detector as _, GroundedImage, ImageView, Pipeline, ground_image,
 };
@@ -19,23 +22,6 @@ use groundloop::grounding::{
 use groundloop::pddl::{
     Atom, Domain, Name, Problem, SourceText, Typed, parse_domain, parse_problem, parse_rules,
 };
-
-/// The data folder `part`, or a line that says why it is not there.
-fn data(part: &str) -> Option<PathBuf> {
-    #[expect(clippy::disallowed_methods, reason = "test data lies outside the project")]
-    let root = std::env::var("GROUNDLOOP_DATA");
-    let Ok(root) = root else {
-        println!("skipped: GROUNDLOOP_DATA is not set");
-        return None;
-    };
-    let folder = Path::new(&root).join(part);
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("skipped: {} is absent", folder.display());
-        None
-    }
-}
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())
@@ -141,7 +127,10 @@ fn check(
     tests: &[u32],
     faults: fn(&Labelled, &GroundedImage) -> Vec<String>,
 ) {
-    let Some(folder) = data(&format!("prodgv/data/{name}")) else { return };
+    let Some(folder) = data(&format!("prodgv/data/{name}"), "photographs and recorded results")
+    else {
+        return;
+    };
     let shipped = Shipped::read(name);
     let labelled = |number: &u32| Labelled::read(&folder, *number, &shipped.domain);
     let all: Vec<(u32, Labelled)> = tests.iter().map(|n| (*n, labelled(n))).collect();
@@ -217,7 +206,7 @@ fn recorded_boxes(recorded: &Path, pair: &str, domain: &Domain) -> Vec<ObjectBox
 /// Every recorded state must follow, atom for atom, from the recorded boxes.
 #[track_caller]
 fn check_recorded(name: &str, numbers: &[u32], specs: &[ObservedSpec]) {
-    let Some(root) = data("prodgv") else { return };
+    let Some(root) = data("prodgv", "photographs and recorded results") else { return };
     let recorded = root.join("results/reported_results").join(name);
     let folder = root.join("data").join(name);
     let domain = domain(&folder.join("domain.pddl"));
