@@ -2,13 +2,13 @@
 //!
 //! The files are read in place from the folder that the environment variable `GROUNDLOOP_DATA`
 //! names; without it every test here says that it was skipped.
-#![expect(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test file")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test file")]
 
 use std::collections::BTreeSet;
 mod common;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use common::data;
 use groundloop::detectors::{
