@@ -89,10 +89,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.vocabulary);
         let plan = tokio::select! {
             biased;
-            stopped = stop.wait_for(Option::is_some) => {
-                let why = stopped.ok().and_then(|why| *why).unwrap_or(Stop::Terminate);
-                return memory.halt(&args, &ports, why);
-            }
+            why = told_to_stop(&mut stop) => return memory.halt(&args, &ports, why),
             plan = ports.plans.newest_of(read) => plan?,
         };
         if memory.last_cycle == Some(plan.cause.cycle) {
@@ -106,6 +103,15 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         if ended {
             return Ok(());
         }
+    }
+}
+
+/// Waits until somebody says stop; for ever when nobody is left who could.
+async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
+    let why = stop.wait_for(Option::is_some).await.ok().and_then(|why| *why);
+    match why {
+        Some(why) => why,
+        None => std::future::pending().await,
     }
 }
 

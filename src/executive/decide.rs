@@ -22,6 +22,12 @@ impl Executive {
         if unheard || matches!(self.phase, Phase::Settling(_)) {
             return Answer::Command(CommandKind::Continue);
         }
+        if let Some(reason) = self.overdue(cycle) {
+            if let Phase::Running(running) = &mut self.phase {
+                running.fault = Some(reason.clone());
+            }
+            return self.break_off(cycle, reason);
+        }
         let plan = cycle.input.plan.verdict.clone();
         match plan {
             PlanVerdict::Plan { steps, cost } => self.follow(cycle, &steps, cost),
@@ -122,7 +128,7 @@ impl Executive {
         let first = steps.first();
         match (&self.phase, first) {
             (Phase::Running(running), Some(step)) if running.step == *step => {
-                match self.trouble(cycle) {
+                match self.moved(cycle) {
                     Some(reason) => self.preempt(cycle, reason),
                     None => go_on,
                 }

@@ -46,6 +46,7 @@ impl Executive {
             targets: targets.collect(),
             changes: changes(cycle, step),
             break_off_ns: None,
+            fault: None,
         });
         self.held = held.or(self.held.take());
         cycle.note(Note::Started { step: step.clone() });
@@ -110,7 +111,7 @@ impl Executive {
     /// Breaks a running step off where its motion allows it; otherwise it finishes.
     pub(super) fn preempt(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
         let go_on = Answer::Command(CommandKind::Continue);
-        let (Phase::Running(running), Some(robot)) = (&mut self.phase, cycle.input.robot) else {
+        let (Phase::Running(running), Some(robot)) = (&self.phase, cycle.input.robot) else {
             return go_on;
         };
         let action = cycle.config.skills.action(&running.step.action);
@@ -119,7 +120,19 @@ impl Executive {
             Preempt::Retract => true,
             Preempt::RetractEmpty => !robot.holding,
         };
-        if !(allowed && running.is_retractable(robot.phase)) || running.break_off_ns.is_some() {
+        if allowed && running.is_retractable(robot.phase) {
+            self.break_off(cycle, reason)
+        } else {
+            go_on
+        }
+    }
+
+    /// Breaks a running step off wherever its motion is: the tool goes straight up and keeps what
+    /// it holds. Said once.
+    pub(super) fn break_off(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
+        let go_on = Answer::Command(CommandKind::Continue);
+        let Phase::Running(running) = &mut self.phase else { return go_on };
+        if running.break_off_ns.is_some() {
             return go_on;
         }
         running.break_off_ns = Some(cycle.input.now_ns);

@@ -19,6 +19,8 @@ pub(super) struct Running {
     pub(super) changes: Changes,
     /// When it was told to break off.
     pub(super) break_off_ns: Option<u64>,
+    /// Why it counts as failed even if it breaks off as told.
+    pub(super) fault: Option<String>,
 }
 
 /// A step that has ended; its effects are being looked for.
@@ -29,6 +31,7 @@ pub(super) struct Settling {
     pub(super) ended_ns: u64,
     pub(super) changes: Changes,
     pub(super) ending: Ending,
+    pub(super) fault: Option<String>,
     pub(super) frames: u32,
 }
 
@@ -60,6 +63,7 @@ impl Executive {
                 ended_ns: status.capture_ns,
                 changes: running.changes.clone(),
                 ending,
+                fault: running.fault.clone(),
                 frames: 0,
             });
         }
@@ -85,7 +89,10 @@ impl Executive {
         self.phase = Phase::Idle;
         let lacking = lacking(&settling.changes, &cycle.facts);
         let reason = match (&settling.ending, lacking) {
-            (Ending::BrokenOff, _) => return,
+            (Ending::BrokenOff, _) => match &settling.fault {
+                Some(fault) => fault.clone(),
+                None => return,
+            },
             (Ending::Failed(reason), _) => reason.clone(),
             (Ending::Done, Some(what)) => format!("done, but {what}"),
             (Ending::Done, None) => {
@@ -130,14 +137,17 @@ impl Executive {
         cycle.outcomes.push(StepOutcome { sequence, step: step.clone(), succeeded, failures });
     }
 
-    /// Whether a running step has to be broken off: its time is up, or a target has moved.
-    pub(super) fn trouble(&self, cycle: &Cycle<'_>) -> Option<String> {
+    /// Whether a running step's time is up.
+    pub(super) fn overdue(&self, cycle: &Cycle<'_>) -> Option<String> {
         let Phase::Running(running) = &self.phase else { return None };
         let seconds = cycle.input.now_ns.saturating_sub(running.started_ns) as f64 / 1e9;
         let timeout_s = cycle.config.limits.skill_timeout_s;
-        if seconds > timeout_s {
-            return Some(format!("it takes longer than {timeout_s} s"));
-        }
+        (seconds > timeout_s).then(|| format!("it takes longer than {timeout_s} s"))
+    }
+
+    /// Whether something that a running step goes to is no longer where it was.
+    pub(super) fn moved(&self, cycle: &Cycle<'_>) -> Option<String> {
+        let Phase::Running(running) = &self.phase else { return None };
         let limit = cycle.config.limits.target_moved_m_max;
         running.targets.iter().find_map(|(name, planned)| {
             let object = cycle.input.scene.object(name.as_str())?;

@@ -186,6 +186,26 @@ fn a_step_that_takes_too_long_is_broken_off_and_a_dead_robot_ends_the_episode() 
     check(&verdict, "limits.skill_timeout_s", "the robot does not break off");
 }
 
+/// Also where the motion may not be broken off otherwise, in a scene that does not settle; and it
+/// counts as a failure, or it would be tried for ever.
+#[test]
+fn a_step_that_takes_too_long_is_broken_off_anywhere_and_has_failed() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    episode.scene.unsettled = 1;
+    episode.robot_mut().phase = 5;
+    let n_frames = (episode.config.limits.skill_timeout_s * 10.0) as u32;
+    for _ in 0..n_frames {
+        assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
+    }
+    assert_eq!(episode.cycle().command.kind, CommandKind::BreakOff);
+    episode.scene.unsettled = 0;
+    let decision = episode.hear(&[StatusKind::BrokenOff]);
+    let outcomes: Vec<_> = decision.outcomes.iter().map(|o| (o.succeeded, o.failures)).collect();
+    assert_eq!(outcomes, [(false, 1)]);
+    assert_eq!(episode.executive.counts.skills_failed, 1);
+}
+
 #[test]
 fn limits_of_the_planner_are_named() {
     let cases = [
