@@ -149,9 +149,10 @@ fn no_frames(args: &Args, rejection: Option<String>) -> Fatal {
         }
         None => Fatal::Missing {
             what,
-            how: "start a camera, such as `groundloop camera images DIR --fps 5 --run NAME` with \
-                  this run's name"
-                .to_owned(),
+            how: format!(
+                "start a camera, such as `groundloop camera images DIR --fps 5 --run {}`",
+                args.bus.run()
+            ),
         },
     }
 }

@@ -88,6 +88,9 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
         let mut prepared = prepared.clone();
         prepared.config.seed = seed;
         let episode = run_episode(&prepared, options(args, &prepared, &stop)).await?;
+        if let Some(path) = args.snapshot.as_ref().filter(|path| !path.is_file()) {
+            out::note(&format!("{}: no settled cycle with a plan to draw", path.display()));
+        }
         let verdict = &episode.end.verdict;
         worst = worst.max(verdict.exit_code());
         let stopped = matches!(verdict, Verdict::Stopped(_));

@@ -103,6 +103,11 @@ impl Bus {
         Inbox::open(&self.node, &self.service_name(topic), topic)
     }
 
+    /// Name of the run.
+    pub fn run(&self) -> &str {
+        &self.run
+    }
+
     /// Removes what dead processes left behind and tells their readers.
     pub fn clean_up_dead_nodes(&self) {
         self.node.try_cleanup_dead_nodes();
