@@ -15,6 +15,7 @@ use groundloop::geometry::PixelBox;
 use groundloop::grounding::{Exemplar, Grip};
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
+use groundloop::scene::Truth;
 use image::RgbImage;
 
 /// Objects that others hide so far that the detector cannot tell them: example, object.
@@ -83,7 +84,8 @@ fn labelled_objects_give_their_labelled_facts() {
             for (_, example) in &examples {
                 let expected = observed(&folder, &example.init);
                 let judged = grounder.ground(&example.objects);
-                let seen = judged.into_iter().filter(|j| j.truth).map(|j| j.atom).collect();
+                let holds = judged.judged.into_iter().filter(|j| j.truth == Truth::True);
+                let seen = holds.map(|j| j.atom).collect();
                 assert_eq!(expected, seen, "{shown}: {}", example.name);
             }
         }
@@ -96,7 +98,7 @@ fn look(
     examples: &[(RgbImage, Exemplar)],
     picture: &RgbImage,
 ) -> GroundedImage {
-    let mut detector = folder.detector("colour", examples).unwrap();
+    let mut detector = folder.detector("colour", (None, Path::new("")), examples).unwrap();
     let grounder = folder.grounder("s2s", examples).unwrap();
     let pipeline = Pipeline {
         domain: &folder.domain,
@@ -106,7 +108,7 @@ fn look(
     };
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let view = ImageView::new(width, height, picture.as_raw()).unwrap();
-    ground_image(&pipeline, &mut *detector, &view, &Grip::Empty).unwrap()
+    ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty).unwrap()
 }
 
 /// From the pixels of a labelled image follow its labelled objects and facts, without any depth.

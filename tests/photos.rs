@@ -16,12 +16,13 @@ use groundloop::detectors::{
 };
 use groundloop::geometry::PixelBox;
 use groundloop::grounding::{
-    Exemplar, ExemplarText, Exemplars, Grip, Grounder as _, ObjectBox, ObservedSpec, Perception,
-    S2s,
+    Exemplar, ExemplarText, Exemplars, Grip, Grounder as _, Judged, ObjectBox, ObservedSpec,
+    Perception, S2s,
 };
 use groundloop::pddl::{
     Atom, Domain, Name, Problem, SourceText, Typed, parse_domain, parse_problem, parse_rules,
 };
+use groundloop::scene::Truth;
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())
@@ -87,7 +88,7 @@ fn see(shipped: &Shipped, exemplar: &Labelled, test: &Labelled) -> GroundedImage
     let s2s = S2s::new(&shipped.domain, &shipped.perception.observed, &examples).unwrap();
     let Shipped { domain, perception, rules } = shipped;
     let pipeline = Pipeline { domain, perception, rules, grounder: &s2s };
-    ground_image(&pipeline, &mut detector, &test.view(), &Grip::Empty).unwrap()
+    ground_image(&pipeline, &mut detector, &test.view(), &[], &Grip::Empty).unwrap()
 }
 
 /// Objects that are missed or invented, one line each; a box counts when it overlaps by half.
@@ -198,7 +199,7 @@ fn recorded_boxes(recorded: &Path, pair: &str, domain: &Domain) -> Vec<ObjectBox
     let objects = stub_objects(&stub, domain).into_iter().filter_map(|typed| {
         let pixel_box = *boxes.get(&typed.name)?;
         let type_name = typed.types[0].clone();
-        Some(ObjectBox { name: typed.name, type_name, pixel_box, volume: None })
+        Some(ObjectBox { name: typed.name, type_name, pixel_box, volume: None, mask: None })
     });
     objects.collect()
 }
@@ -216,8 +217,9 @@ fn check_recorded(name: &str, numbers: &[u32], specs: &[ObservedSpec]) {
         let s2s = S2s::new(&domain, specs, &Exemplars::new(vec![exemplar]).unwrap()).unwrap();
         for t in numbers.iter().filter(|t| *t != e) {
             let pair = format!("ex{e}_test{t}");
-            let judged = s2s.ground(&recorded_boxes(&recorded, &pair, &domain));
-            let predicted = judged.into_iter().filter(|j| j.truth).map(|j| j.atom).collect();
+            let judged = s2s.ground(&recorded_boxes(&recorded, &pair, &domain)).judged;
+            let holds = |j: &Judged| j.truth == Truth::True;
+            let predicted = judged.into_iter().filter(holds).map(|j| j.atom).collect();
             let path = recorded.join(format!("init_stubs/initstate_{pair}.pddl"));
             let expected = stub_facts(&path);
             let unlike: Vec<_> = expected.symmetric_difference(&predicted).collect();

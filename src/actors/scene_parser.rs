@@ -191,7 +191,7 @@ fn parse(
         }
     });
     let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
-    let detections = tools.detector.detect(&image).map_err(|e| e.to_string())?;
+    let detections = tools.detector.detect(&image, &[]).map_err(|e| e.to_string())?.objects;
     let detected_ns = monotonic_ns();
     let cause = Cause {
         cycle: memory.cycle,

@@ -89,7 +89,10 @@ impl Prepared {
     }
 
     fn detector(&self) -> Result<Box<dyn Detector>, ConfigError> {
-        self.folder.detector(&self.config.perception.detector, &self.examples)
+        let perception = &self.config.perception;
+        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
+        let options = (perception.options.as_ref(), folder);
+        self.folder.detector(&perception.detector, options, &self.examples)
     }
 
     fn grounder(&self) -> Result<Box<dyn crate::grounding::Grounder>, ConfigError> {

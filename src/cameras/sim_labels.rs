@@ -13,8 +13,8 @@ use serde::Deserialize;
 
 use super::sim::model_of;
 use crate::config::{ConfigError, DomainFolder, RunConfig, read_text};
-use crate::detectors::{DepthView, Detection, RowRun, volume_of};
-use crate::geometry::{CameraModel, PixelBox};
+use crate::detectors::{DepthView, Detection, volume_of};
+use crate::geometry::{CameraModel, PixelBox, RowRun};
 use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
 use crate::robots::sim::{SimConfig, SimHardware, read_scene};
 use crate::scene::Volume;

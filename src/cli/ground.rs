@@ -1,7 +1,7 @@
 //! `groundloop ground`: one image to objects, facts, goal and plan, without a loop.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -67,7 +67,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         )));
     }
     let examples = [example];
-    let mut detector = folder.detector(&args.detector, &examples)?;
+    let mut detector = folder.detector(&args.detector, (None, Path::new("")), &examples)?;
     let grounder = folder.grounder(&args.grounder, &examples)?;
     let pipeline = Pipeline {
         domain: &folder.domain,
@@ -77,8 +77,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     };
     let view = ImageView::new(width as usize, height as usize, picture.as_raw())
         .map_err(Failure::bad_input)?;
-    let grounded =
-        ground_image(&pipeline, &mut *detector, &view, &Grip::Empty).map_err(Failure::bad_input)?;
+    let grounded = ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)
+        .map_err(Failure::bad_input)?;
     let goal = read_goal(args, &folder, &grounded)?;
     let outcome = goal.as_ref().map(|goal| solve(&folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;

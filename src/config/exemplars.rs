@@ -6,7 +6,7 @@ use image::RgbImage;
 
 use super::{ConfigError, DomainFolder, ExemplarConfig, read_text};
 use crate::cameras::file::read_rgb;
-use crate::detectors::{DETECTORS, Detector, ImageView};
+use crate::detectors::{DETECTORS, Detector, DetectorSettings, ImageView};
 use crate::grounding::{Exemplar, ExemplarText, Exemplars, GROUNDERS, Grounder};
 use crate::pddl::SourceText;
 
@@ -125,23 +125,28 @@ fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
 }
 
 impl DomainFolder {
-    /// Makes the detector of that name, taught by the labelled examples.
+    /// Makes the detector of that name, taught by the labelled examples. `options` are its own
+    /// options, and the folder that their relative paths start from.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown name, or an example that teaches nothing.
     pub fn detector(
         &self,
         name: &str,
+        options: (Option<&toml::Table>, &Path),
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
         let build = choose("perception.detector", name, DETECTORS)?;
-        let mut detector = build(&self.perception)?;
+        let (options, folder) = options;
+        let settings =
+            DetectorSettings { perception: &self.perception, options, folder, environment };
+        let mut detector = build(&settings)?;
         for (picture, exemplar) in examples {
             detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
         }
         // Tables that are made on first use are made now, not on the first frame of a run.
         if let Some((picture, exemplar)) = examples.first() {
-            detector.detect(&view_of(picture, &exemplar.name)?)?;
+            detector.detect(&view_of(picture, &exemplar.name)?, &[])?;
         }
         Ok(detector)
     }
@@ -159,6 +164,11 @@ impl DomainFolder {
         let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
         Ok(build(&self.domain, &self.perception, &exemplars)?)
     }
+}
+
+/// Looks up an environment variable.
+fn environment(name: &str) -> Option<String> {
+    std::env::var(name).ok()
 }
 
 /// An image as detectors look at it.

@@ -60,13 +60,15 @@ pub enum ClockKind {
 }
 
 /// `[goal]`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalConfig {
     /// A key of `goals::GOALS`.
     pub kind: String,
     /// The instruction, or the logical goal in PDDL.
     pub text: String,
+    /// The source's own options.
+    pub options: Option<toml::Table>,
 }
 
 /// `[camera]`.
@@ -97,6 +99,8 @@ pub enum CameraKind {
 pub struct PerceptionConfig {
     /// A key of `detectors::DETECTORS`.
     pub detector: String,
+    /// The detector's own options.
+    pub options: Option<toml::Table>,
     /// A key of `grounding::GROUNDERS`.
     pub grounder: String,
     /// The labelled examples of this camera.

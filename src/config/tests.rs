@@ -58,7 +58,9 @@ fn every_shipped_run_file_loads_with_all_that_it_names() {
         if perception.exemplar.folder.is_some() {
             let examples = perception.exemplar.read(&folder, None);
             let examples = examples.unwrap_or_else(|e| panic!("{e}"));
-            assert!(folder.detector(&perception.detector, &examples).is_ok());
+            assert!(
+                folder.detector(&perception.detector, (None, Path::new("")), &examples).is_ok()
+            );
             assert!(folder.grounder(&perception.grounder, &examples).is_ok());
         }
         assert!(run.robot.kind == RobotKind::None || folder.skills.is_some(), "{path:?}");
@@ -185,7 +187,7 @@ fn labelled_examples_that_are_missing_are_named() {
 
 #[test]
 fn parts_that_there_are_not_are_told_with_those_that_there_are() {
-    let detector = blocks_folder().detector("magic", &[]).err().unwrap();
+    let detector = blocks_folder().detector("magic", (None, Path::new("")), &[]).err().unwrap();
     assert_eq!(detector.to_string(), "perception.detector: expected colour, got magic");
     let grounder = blocks_folder().grounder("magic", &[]).err().unwrap().to_string();
     assert!(grounder.starts_with("perception.grounder: expected s2s"), "{grounder}");

@@ -13,7 +13,7 @@ use super::naming::label_of;
 use super::outline::{SizeLimits, Sizes, find};
 use super::palette::{NONE, Palette, cell};
 use super::regions::Region;
-use super::{Detection, Detector, DetectorError, ImageView};
+use super::{Detection, Detector, DetectorError, DetectorSettings, ImageView, Sighted};
 use crate::grounding::{ObjectBox, Perception, TypeSpec};
 use crate::pddl::Name;
 
@@ -29,8 +29,8 @@ pub struct ColourDetector {
 }
 
 /// The entry for the table of detectors.
-pub(super) fn build(perception: &Perception) -> Result<Box<dyn Detector>, DetectorError> {
-    Ok(Box::new(ColourDetector::new(perception)?))
+pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
+    Ok(Box::new(ColourDetector::new(settings.perception)?))
 }
 
 impl ColourDetector {
@@ -80,12 +80,13 @@ impl ColourDetector {
 
     /// Every object of one type in the image that was classified last.
     fn detect_type(&self, spec: &TypeSpec, image: &ImageView<'_>) -> Vec<Detection> {
+        let Some(appearance) = &spec.appearance else { return Vec::new() };
         let labelled = self.sizes.get(&spec.name).copied();
-        let limits = SizeLimits::new(spec, labelled, image.height());
+        let limits = SizeLimits::new(appearance, labelled, image.height());
         let mut found: Vec<(u8, &Name, Region)> = Vec::new();
         for colour in &spec.colours {
             let Some(class) = self.palette.class(colour) else { continue };
-            let regions = find(&self.masks[usize::from(class)], spec, &limits).into_iter();
+            let regions = find(&self.masks[usize::from(class)], appearance, &limits).into_iter();
             let distinct = regions.filter(|region| stands_out(image, region));
             found.extend(distinct.map(|region| (class, colour, region)));
         }
@@ -127,13 +128,17 @@ impl Detector for ColourDetector {
         Ok(())
     }
 
-    fn detect(&mut self, image: &ImageView<'_>) -> Result<Vec<Detection>, DetectorError> {
+    fn detect(
+        &mut self,
+        image: &ImageView<'_>,
+        _phrases: &[String],
+    ) -> Result<Sighted, DetectorError> {
         self.classify(image);
-        let mut detections = Vec::new();
+        let mut objects = Vec::new();
         for spec in &self.perception.types {
-            detections.extend(self.detect_type(spec, image));
+            objects.extend(self.detect_type(spec, image));
         }
-        Ok(detections)
+        Ok(Sighted { objects, phrases: Vec::new() })
     }
 }
 
@@ -203,7 +208,7 @@ mod tests {
     fn check(domain: &str, canvas: &Canvas, expect: &[(&str, [f64; 4])]) {
         let perception = Perception::parse("perception.toml", domain).unwrap();
         let mut detector = ColourDetector::new(&perception).unwrap();
-        let found = detector.detect(&canvas.view()).unwrap();
+        let found = detector.detect(&canvas.view(), &[]).unwrap().objects;
         let names = name_detections(&perception, &found);
         let mut seen: Vec<_> = names.iter().map(Name::as_str).zip(&found).collect();
         seen.sort_by_key(|(name, _)| *name);
@@ -280,6 +285,7 @@ mod tests {
             type_name: "block".into(),
             pixel_box: PixelBox::from([20.0, 3.0, 33.0, 9.0]),
             volume: None,
+            mask: None,
         };
         let message = detector.learn(&canvas.view(), &[object]).unwrap_err().to_string();
         assert_eq!(message, "red_block: expected a box inside the 32 x 24 image");
@@ -303,7 +309,7 @@ mod tests {
             for domain in [BLOCKS, HANOI] {
                 let perception = Perception::parse("perception.toml", domain).unwrap();
                 let mut detector = ColourDetector::new(&perception).unwrap();
-                for found in detector.detect(&image).unwrap() {
+                for found in detector.detect(&image, &[]).unwrap().objects {
                     let b = found.pixel_box;
                     prop_assert!(b.is_valid() && b.x1 >= 0.0 && b.y1 >= 0.0);
                     prop_assert!(b.x2 <= width as f64 && b.y2 <= height as f64);

@@ -1,8 +1,8 @@
 //! One image to one symbolic state, without a loop: detect, name, ground, complete.
 
-use super::{Detection, Detector, DetectorError, ImageView, name_detections};
+use super::{Detection, Detector, DetectorError, ImageView, PhraseBox, Sighted, name_detections};
 use crate::grounding::{
-    Grip, Grounder, Judged, ObjectBox, Perception, complete, facts_of, merged, proprioception,
+    Grip, Grounder, Grounding, ObjectBox, Perception, complete, facts_of, merged, proprioception,
 };
 use crate::pddl::{Axiom, Domain, Typed};
 use crate::scene::Facts;
@@ -30,13 +30,15 @@ pub struct GroundedImage {
     pub boxes: Vec<ObjectBox>,
     /// Every object of the state: the seen ones, then the implied ones.
     pub objects: Vec<Typed>,
-    /// Every judged tuple.
-    pub judged: Vec<Judged>,
+    /// Where the goal's phrases were found.
+    pub phrases: Vec<PhraseBox>,
+    /// Every judged tuple, and what the facts cannot explain.
+    pub grounding: Grounding,
     /// Observed, proprioceptive and completed facts.
     pub facts: Facts,
 }
 
-/// Reads the state off one image.
+/// Reads the state off one image, and looks for objects that phrases of the goal single out.
 ///
 /// # Errors
 /// What the detector says.
@@ -44,10 +46,11 @@ pub fn ground_image(
     pipeline: &Pipeline<'_>,
     detector: &mut dyn Detector,
     image: &ImageView<'_>,
+    phrases: &[String],
     grip: &Grip,
 ) -> Result<GroundedImage, DetectorError> {
     let Pipeline { domain, perception, rules, grounder } = *pipeline;
-    let detections = detector.detect(image)?;
+    let Sighted { objects: detections, phrases } = detector.detect(image, phrases)?;
     let names = name_detections(perception, &detections);
     let boxes: Vec<ObjectBox> = names
         .into_iter()
@@ -57,15 +60,16 @@ pub fn ground_image(
             type_name: d.type_name.clone(),
             pixel_box: d.pixel_box,
             volume: None,
+            mask: Some(d.mask.as_slice().into()).filter(|_| !d.mask.is_empty()),
         })
         .collect();
     let seen = boxes.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));
     let implied =
         perception.implied.iter().map(|i| Typed::new(i.name.clone(), i.type_name.clone()));
     let objects: Vec<Typed> = seen.chain(implied).collect();
-    let judged = grounder.ground(&boxes);
+    let grounding = grounder.ground(&boxes);
     let own = proprioception(domain, perception, &objects, grip);
-    let base = merged(facts_of(&judged), own);
+    let base = merged(facts_of(&grounding.judged), own);
     let facts = complete(rules, &domain.types, &objects, &base);
-    Ok(GroundedImage { detections, boxes, objects, judged, facts })
+    Ok(GroundedImage { detections, boxes, objects, phrases, grounding, facts })
 }

@@ -1,17 +1,27 @@
 //! What a detector says of one object.
 
-use crate::geometry::PixelBox;
+use crate::geometry::{PixelBox, RowRun};
 use crate::pddl::Name;
 
-/// Pixels `x_start..x_end` of row `y`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RowRun {
-    /// The row.
-    pub y: u32,
-    /// First column.
-    pub x_start: u32,
-    /// One past the last column.
-    pub x_end: u32,
+/// Everything that a detector says of one image.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sighted {
+    /// Objects of the domain's types, in a fixed order.
+    pub objects: Vec<Detection>,
+    /// Where the phrases that were asked for are; a phrase that nothing fits has no entry, one
+    /// that several objects fit may have several.
+    pub phrases: Vec<PhraseBox>,
+}
+
+/// One place that a phrase may speak of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhraseBox {
+    /// The phrase, as it was asked for.
+    pub phrase: String,
+    /// The place, in pixels.
+    pub pixel_box: PixelBox,
+    /// Confidence in 0..=1.
+    pub score: f32,
 }
 
 /// One detected object, not yet named.

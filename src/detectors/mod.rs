@@ -18,10 +18,12 @@ mod compose;
 
 pub use colour::ColourDetector;
 pub use compose::{GroundedImage, Pipeline, ground_image};
-pub use detection::{Detection, RowRun};
+pub use detection::{Detection, PhraseBox, Sighted};
 pub use image::{ImageError, ImageView};
 pub use naming::{label_of, name_detections};
 pub use volume::{CutSides, DepthError, DepthView, Measured, volume_of};
+
+use std::path::Path;
 
 use thiserror::Error;
 
@@ -36,12 +38,17 @@ pub trait Detector: Send {
     /// [`DetectorError`] when a labelled object says nothing about how it looks.
     fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError>;
 
-    /// Every object that is seen, in a fixed order. Depends on the image and on what was learnt,
+    /// Every object of the domain's types that is seen (the class query), and for each phrase of
+    /// the goal where it may be (the phrase query). Depends on the image and on what was learnt,
     /// not on earlier images.
     ///
     /// # Errors
     /// [`DetectorError`] when the image cannot be worked on.
-    fn detect(&mut self, image: &ImageView<'_>) -> Result<Vec<Detection>, DetectorError>;
+    fn detect(
+        &mut self,
+        image: &ImageView<'_>,
+        phrases: &[String],
+    ) -> Result<Sighted, DetectorError>;
 }
 
 /// A detector cannot do its work.
@@ -67,8 +74,21 @@ pub enum DetectorError {
     },
 }
 
+/// What a detector is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct DetectorSettings<'a> {
+    /// How the domain is seen.
+    pub perception: &'a Perception,
+    /// The detector's own options, `[perception.options]` of the run file.
+    pub options: Option<&'a toml::Table>,
+    /// What relative paths in the options start from.
+    pub folder: &'a Path,
+    /// Looks up environment variables: keys of services come from there only.
+    pub environment: fn(&str) -> Option<String>,
+}
+
 /// Makes a detector for one domain.
-pub type Build = fn(&Perception) -> Result<Box<dyn Detector>, DetectorError>;
+pub type Build = fn(&DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError>;
 
 /// Every detector by its name in configuration files, in alphabetical order.
 pub const DETECTORS: &[(&str, Build)] = &[("colour", colour::build)];

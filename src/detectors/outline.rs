@@ -3,7 +3,7 @@
 use super::bitmask::BitMask;
 use super::regions::{Region, regions};
 use crate::geometry::PixelBox;
-use crate::grounding::{Shape, TypeSpec};
+use crate::grounding::{Appearance, Shape};
 
 /// Labelled objects bound the sizes to look for: down to this share of the smallest.
 const SIZE_SHARE_MIN: f64 = 0.3;
@@ -55,7 +55,7 @@ impl SizeLimits {
     ///
     /// A post's height is not narrowed from below: what stands in front of it can hide almost
     /// all of it.
-    pub(super) fn new(spec: &TypeSpec, labelled: Option<Sizes>, image_height: usize) -> Self {
+    pub(super) fn new(spec: &Appearance, labelled: Option<Sizes>, image_height: usize) -> Self {
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
@@ -87,7 +87,7 @@ impl SizeLimits {
 }
 
 /// Finds the regions of one colour that look like objects of one type.
-pub(super) fn find(mask: &BitMask, spec: &TypeSpec, limits: &SizeLimits) -> Vec<Region> {
+pub(super) fn find(mask: &BitMask, spec: &Appearance, limits: &SizeLimits) -> Vec<Region> {
     let pixels = |share: f64| (share * mask.height() as f64).round().max(1.0) as usize;
     let [open_x, open_y] = spec.open.map(pixels);
     let [close_x, close_y] = spec.close.map(pixels);
@@ -111,7 +111,7 @@ pub(super) fn find(mask: &BitMask, spec: &TypeSpec, limits: &SizeLimits) -> Vec<
     found.into_iter().filter(|region| fits(region, spec, limits)).collect()
 }
 
-fn fits(region: &Region, spec: &TypeSpec, limits: &SizeLimits) -> bool {
+fn fits(region: &Region, spec: &Appearance, limits: &SizeLimits) -> bool {
     let b = region.pixel_box();
     let aspect = b.width() / b.height();
     limits.contain(&b)

@@ -1,8 +1,8 @@
 //! Connected regions of a binary image, as row runs.
 
-use super::RowRun;
 use super::bitmask::BitMask;
 use crate::geometry::PixelBox;
+use crate::geometry::RowRun;
 
 /// A connected set of pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]

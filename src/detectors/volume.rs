@@ -4,8 +4,9 @@ use nalgebra::{Point2, Point3};
 use thiserror::Error;
 
 use super::image::check_sides;
-use super::{Detection, ImageError, RowRun};
+use super::{Detection, ImageError};
 use crate::geometry::CameraModel;
+use crate::geometry::RowRun;
 use crate::grounding::DepthRule;
 use crate::scene::Volume;
 

@@ -80,3 +80,13 @@ impl PixelBox {
         dx.hypot(dy)
     }
 }
+/// Pixels `x_start..x_end` of row `y`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct RowRun {
+    /// The row.
+    pub y: u32,
+    /// First column.
+    pub x_start: u32,
+    /// One past the last column.
+    pub x_end: u32,
+}

@@ -3,5 +3,5 @@
 mod boxes;
 mod camera_model;
 
-pub use boxes::PixelBox;
+pub use boxes::{PixelBox, RowRun};
 pub use camera_model::{CameraModel, Intrinsics, LiftError};

@@ -1,15 +1,16 @@
 //! Completes observed facts by the rules of `completion.pddl`.
 
-use std::collections::BTreeSet;
-
 use super::Judged;
 use crate::pddl::{Axiom, Typed, Types, Universe, derive};
 use crate::scene::{Facts, Truth};
 
-/// Judged tuples as facts, without unknowns.
+/// Judged tuples as facts.
 pub fn facts_of(judged: &[Judged]) -> Facts {
-    let known: BTreeSet<_> = judged.iter().filter(|j| j.truth).map(|j| j.atom.clone()).collect();
-    Facts::new(known)
+    let mut facts = Facts::default();
+    for judged in judged {
+        facts.set(judged.atom.clone(), judged.truth);
+    }
+    facts
 }
 
 /// Adds what the rules derive from `base` over the given objects.
@@ -32,6 +33,8 @@ pub fn merged(mut first: Facts, second: Facts) -> Facts {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::grounding::{Grip, Perception, proprioception};
     use crate::pddl::{Atom, Domain, SourceText, parse_domain, parse_rules};

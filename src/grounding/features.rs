@@ -111,6 +111,7 @@ mod tests {
             type_name: "t".into(),
             pixel_box: edges.into(),
             volume: Some(Volume { centre: Point3::from(centre), extent }),
+            mask: None,
         }
     }
 

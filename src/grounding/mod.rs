@@ -3,24 +3,27 @@
 //! Grounders are parts: each is one file with one line in [`GROUNDERS`].
 
 mod perception;
+mod appearance;
+mod constraints;
 mod object_box;
 mod exemplar;
 mod candidates;
 mod features;
+mod judged;
 mod nearest;
 mod proprioception;
 mod completion;
 
+pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec};
 pub use candidates::{CandidateSlots, slots, tuples};
 pub use completion::{complete, facts_of, merged};
+pub use constraints::Constraints;
 pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
 pub use features::{FEATURES, Feature, feature_by_name};
-pub use nearest::{Evidence, Judged, S2s};
+pub use judged::{Basis, Doubt, Evidence, Grounding, Judged};
+pub use nearest::S2s;
 pub use object_box::ObjectBox;
-pub use perception::{
-    Constraints, DepthRule, Implied, Naming, ObservedSpec, Order, Perception, PerceptionError,
-    Proprioceptive, Shape, Srgb, TypeSpec, When,
-};
+pub use perception::{Implied, ObservedSpec, Perception, PerceptionError, Proprioceptive, When};
 pub use proprioception::{Grip, proprioception};
 
 use crate::pddl::Domain;
@@ -29,7 +32,7 @@ use crate::pddl::Domain;
 /// of the boxes.
 pub trait Grounder: Send + Sync {
     /// Judges every type-valid tuple of every observed predicate, in a fixed order.
-    fn ground(&self, objects: &[ObjectBox]) -> Vec<Judged>;
+    fn ground(&self, objects: &[ObjectBox]) -> Grounding;
 }
 
 /// Makes a grounder for one domain from its labelled examples.

@@ -2,43 +2,10 @@
 
 use super::candidates::{CandidateSlots, slots, tuples};
 use super::features::{Feature, default_feature, distance, feature_by_name};
+use super::judged::{Basis, Evidence, Grounding, Judged};
 use super::{Exemplars, Grounder, ObjectBox, ObservedSpec, Perception, PerceptionError};
 use crate::pddl::{Atom, Domain, Name, Types};
-
-/// A judged tuple with what the judgement rests on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
-    /// The tuple.
-    pub atom: Atom,
-    /// Whether it was judged to hold.
-    pub truth: bool,
-    /// Distance to the nearest example that holds, in the feature's unit (pixels).
-    pub d_pos: f64,
-    /// Distance to the nearest example that does not hold, likewise.
-    pub d_neg: f64,
-    /// The nearest example that holds.
-    pub nearest_pos: Evidence,
-    /// The nearest example that does not hold.
-    pub nearest_neg: Evidence,
-}
-
-/// One example tuple that a judgement rests on.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Evidence {
-    /// Which labelled example it is from.
-    pub exemplar: String,
-    /// The tuple, with the example's object names.
-    pub atom: Atom,
-}
-
-impl Judged {
-    /// How clear the judgement is, from -1 (like an example that does not hold) to 1 (like one
-    /// that does); 0 is undecided.
-    pub fn confidence(&self) -> f64 {
-        let sum = self.d_neg + self.d_pos;
-        if sum > 0.0 { (self.d_neg - self.d_pos) / sum } else { 0.0 }
-    }
-}
+use crate::scene::Truth;
 
 /// The nearest-neighbour grounder, with the features of its examples computed once.
 #[derive(Debug, Clone)]
@@ -110,7 +77,7 @@ impl S2s {
 }
 
 impl Grounder for S2s {
-    fn ground(&self, objects: &[ObjectBox]) -> Vec<Judged> {
+    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
         let with_depth = objects.iter().any(|object| object.volume.is_some());
         let tables = self.deep.as_ref().filter(|_| with_depth).unwrap_or(&self.flat);
         let mut judged: Vec<_> = tables
@@ -121,7 +88,7 @@ impl Grounder for S2s {
             })
             .collect();
         judged.sort_by(|a, b| a.atom.cmp(&b.atom));
-        judged
+        Grounding { judged, doubts: Vec::new() }
     }
 }
 
@@ -165,7 +132,9 @@ impl Table {
         let (d_neg, nearest_neg) = nearest(&self.negatives, &vector)?;
         Some(Judged {
             atom,
-            truth: d_pos < d_neg, // a tie does not hold, as in the reference
+            // A tie does not hold, as in the reference.
+            truth: Truth::from(d_pos < d_neg),
+            basis: Basis::Observed,
             d_pos,
             d_neg,
             nearest_pos: nearest_pos.clone(),
@@ -233,6 +202,7 @@ mod tests {
             type_name: "block".into(),
             pixel_box: PixelBox::from(*edges),
             volume: None,
+            mask: None,
         };
         list.iter().map(object).collect()
     }
@@ -259,12 +229,12 @@ mod tests {
     fn a_tuple_is_judged_as_its_nearest_example() {
         let s2s = S2s::new(&domain(), &on(), &tower()).unwrap();
         let scene = boxes(&[("x", [70.0, 20.0, 80.0, 30.0]), ("y", [71.0, 30.0, 81.0, 40.0])]);
-        let judged = s2s.ground(&scene);
+        let judged = s2s.ground(&scene).judged;
         assert_eq!(judged.len(), 2);
         assert_eq!(judged[0].atom, Atom::new("on", &["x", "y"]));
-        assert!(judged[0].truth && judged[0].confidence() > 0.5);
+        assert!(judged[0].truth == Truth::True && judged[0].confidence() > 0.5);
         assert_eq!(judged[0].nearest_pos.atom, Atom::new("on", &["a", "b"]));
-        assert!(!judged[1].truth && judged[1].confidence() < 0.0);
+        assert!(judged[1].truth == Truth::False && judged[1].confidence() < 0.0);
     }
 
     #[test]
@@ -273,7 +243,7 @@ mod tests {
         for on_pairs in [&[][..], &[("a", "b"), ("b", "a")][..]] {
             let s2s = S2s::new(&domain(), &on(), &exemplars(&apart, on_pairs)).unwrap();
             assert_eq!(s2s.judged_predicates().count(), 0);
-            assert_eq!(s2s.ground(&boxes(&apart)), Vec::new());
+            assert_eq!(s2s.ground(&boxes(&apart)), Grounding::default());
         }
     }
 
@@ -282,8 +252,11 @@ mod tests {
     fn a_tie_does_not_hold() {
         let same = [("a", [10.0, 40.0, 20.0, 50.0]), ("b", [10.0, 40.0, 20.0, 50.0])];
         let s2s = S2s::new(&domain(), &on(), &exemplars(&same, &[("a", "b")])).unwrap();
-        let judged = s2s.ground(&boxes(&same));
-        assert!(judged.iter().all(|j| !j.truth && j.confidence() == 0.0), "{judged:?}");
+        let judged = s2s.ground(&boxes(&same)).judged;
+        assert!(
+            judged.iter().all(|j| j.truth == Truth::False && j.confidence() == 0.0),
+            "{judged:?}"
+        );
     }
 
     proptest! {
@@ -301,6 +274,7 @@ mod tests {
                     type_name: "block".into(),
                     pixel_box: PixelBox::from([*x, *y, x + 10.0, y + 10.0]),
                     volume: None,
+                    mask: None,
                 })
                 .collect();
             let mut shuffled = objects.clone();

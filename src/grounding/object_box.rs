@@ -1,6 +1,8 @@
 //! What grounding needs to know of an object: who it is, of what type, where in the image.
 
-use crate::geometry::PixelBox;
+use std::sync::Arc;
+
+use crate::geometry::{PixelBox, RowRun};
 use crate::pddl::Name;
 use crate::scene::Volume;
 
@@ -15,4 +17,6 @@ pub struct ObjectBox {
     pub pixel_box: PixelBox,
     /// Its volume in the world frame, where depth and camera pose are known.
     pub volume: Option<Volume>,
+    /// Its pixels, top to bottom and left to right, where the detector tells them.
+    pub mask: Option<Arc<[RowRun]>>,
 }

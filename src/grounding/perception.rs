@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use thiserror::Error;
 
+use super::appearance::{Srgb, TypeSpec};
+use super::constraints::Constraints;
 use super::features::feature_by_name;
 use crate::pddl::{Domain, Name};
 
@@ -34,86 +36,6 @@ pub struct Perception {
     /// What any consistent set of observed facts obeys.
     #[serde(default)]
     pub constraints: Constraints,
-}
-
-/// How objects of one type look, for the detectors.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TypeSpec {
-    /// The PDDL type.
-    pub name: Name,
-    /// What an open-vocabulary detector is asked for.
-    pub prompt: Option<String>,
-    /// Colour names that such objects have; keys of `[colours]`.
-    pub colours: Vec<Name>,
-    /// The outline that the colour detector looks for.
-    pub shape: Shape,
-    /// Least and greatest width of the visible part, as a share of the image height.
-    pub width: [f64; 2],
-    /// Least and greatest height of the visible part, as a share of the image height.
-    pub height: [f64; 2],
-    /// Least and greatest width divided by height of the visible part.
-    pub aspect: [f64; 2],
-    /// Least share of the box that the object's own pixels fill.
-    pub fill_min: f64,
-    /// Specks narrower or lower than this (width, height; shares of the image height) vanish.
-    pub open: [f64; 2],
-    /// Holes and cracks narrower or lower than this (as above) are closed.
-    pub close: [f64; 2],
-    /// How deep an object is, since a camera sees its front only.
-    pub depth: DepthRule,
-    /// How detections become named objects.
-    pub naming: Naming,
-}
-
-/// An outline in the image.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
-pub enum Shape {
-    /// One connected patch.
-    Patch {
-        /// Cut a patch where its outline has a waist: round objects of one colour that touch.
-        split_waists: bool,
-    },
-    /// An upright bar that may stand on a wide base of the same colour. Its pieces above and
-    /// below something in front of it count as one.
-    Post {
-        /// Whatever is at least this wide (share of the image height) is base, not post.
-        base_width_min: f64,
-    },
-}
-
-/// How the hidden depth of an object is guessed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DepthRule {
-    /// As deep as it is wide.
-    AsWide,
-}
-
-/// How detections of one type become named objects.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Naming {
-    /// Which of several detections is named first.
-    pub order: Order,
-    /// A name with `{colour}` and `{type}` replaced; the second of a name gets a `2`, and so on.
-    pub template: String,
-    /// Names given in order when there are exactly as many detections; replaces the template.
-    #[serde(default)]
-    pub list: Vec<Name>,
-}
-
-/// An order over detections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Order {
-    /// By the box's centre column.
-    LeftToRight,
-    /// By width, smallest first.
-    NarrowFirst,
-    /// By the box's centre row.
-    TopToBottom,
 }
 
 /// An object that is always there and never seen.
@@ -162,57 +84,6 @@ pub enum When {
     Empty,
     /// Something is held.
     Holding,
-}
-
-/// Properties that every consistent set of observed facts has.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Constraints {
-    /// Binary predicates with at most one second argument per first.
-    #[serde(default)]
-    pub functional: Vec<Name>,
-    /// Binary predicates with at most one first argument per second.
-    #[serde(default)]
-    pub inverse_functional: Vec<Name>,
-    /// Binary predicates that are irreflexive, antisymmetric and transitive.
-    #[serde(default)]
-    pub strict_order: Vec<Name>,
-    /// Binary predicates with exactly one second argument per first.
-    #[serde(default)]
-    pub exactly_one: Vec<Name>,
-    /// Binary predicates that no object has to itself.
-    #[serde(default)]
-    pub irreflexive: Vec<Name>,
-}
-
-/// A colour in sRGB, written `"#rrggbb"`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Srgb(pub [u8; 3]);
-
-impl TryFrom<String> for Srgb {
-    type Error = PerceptionError;
-
-    fn try_from(text: String) -> Result<Self, PerceptionError> {
-        let digits = text.strip_prefix('#').filter(|d| d.len() == 6);
-        match digits.and_then(|d| u32::from_str_radix(d, 16).ok()) {
-            Some(v) => Ok(Self([(v >> 16) as u8, (v >> 8) as u8, v as u8])),
-            None => Err(PerceptionError::Colour { text }),
-        }
-    }
-}
-
-impl From<Srgb> for String {
-    fn from(colour: Srgb) -> Self {
-        colour.to_string()
-    }
-}
-
-impl fmt::Display for Srgb {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [r, g, b] = self.0;
-        write!(f, "#{r:02x}{g:02x}{b:02x}")
-    }
 }
 
 /// A perception file is not usable.
@@ -299,42 +170,6 @@ impl Perception {
     }
 }
 
-impl TypeSpec {
-    fn check(&self, perception: &Perception) -> Result<(), PerceptionError> {
-        let field = |key: &str| format!("type.{}.{key}", self.name);
-        for colour in &self.colours {
-            if perception.colours.get(colour).is_none_or(Vec::is_empty) {
-                return Err(value(field("colours"), "colours that [colours] describes", colour));
-            }
-        }
-        for (key, [low, high]) in
-            [("width", self.width), ("height", self.height), ("aspect", self.aspect)]
-        {
-            if !(low >= 0.0 && high.is_finite() && low <= high) {
-                let got = format!("[{low}, {high}]");
-                return Err(value(field(key), "[least, greatest], not negative", got));
-            }
-        }
-        for (key, [x, y]) in [("open", self.open), ("close", self.close)] {
-            if !((0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y)) {
-                return Err(value(field(key), "two shares in 0..=1", format!("[{x}, {y}]")));
-            }
-        }
-        if !(0.0..=1.0).contains(&self.fill_min) {
-            return Err(value(field("fill_min"), "a share in 0..=1", self.fill_min));
-        }
-        match self.shape {
-            Shape::Patch { .. } => Ok(()),
-            Shape::Post { base_width_min } if base_width_min > 0.0 && base_width_min <= 1.0 => {
-                Ok(())
-            }
-            Shape::Post { base_width_min } => {
-                Err(value(field("shape.base_width_min"), "a share above 0", base_width_min))
-            }
-        }
-    }
-}
-
 impl ObservedSpec {
     fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
         let field = format!("observed.{}", self.predicate);
@@ -381,30 +216,14 @@ impl Proprioceptive {
     }
 }
 
-impl Constraints {
-    fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
-        let lists = [
-            ("constraints.functional", &self.functional),
-            ("constraints.inverse_functional", &self.inverse_functional),
-            ("constraints.strict_order", &self.strict_order),
-            ("constraints.exactly_one", &self.exactly_one),
-            ("constraints.irreflexive", &self.irreflexive),
-        ];
-        for (field, names) in lists {
-            for name in names {
-                if arity(domain, field, name)? != 2 {
-                    return Err(value(field, "predicates of two objects", name));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 /// The argument that stands for the object in the gripper.
 pub(super) const HELD: &str = "held";
 
-fn value(field: impl Into<String>, expected: &str, got: impl fmt::Display) -> PerceptionError {
+pub(super) fn value(
+    field: impl Into<String>,
+    expected: &str,
+    got: impl fmt::Display,
+) -> PerceptionError {
     PerceptionError::Value {
         field: field.into(),
         expected: expected.to_owned(),
@@ -412,7 +231,11 @@ fn value(field: impl Into<String>, expected: &str, got: impl fmt::Display) -> Pe
     }
 }
 
-fn arity(domain: &Domain, field: &str, predicate: &Name) -> Result<usize, PerceptionError> {
+pub(super) fn arity(
+    domain: &Domain,
+    field: &str,
+    predicate: &Name,
+) -> Result<usize, PerceptionError> {
     let found = domain.predicate(predicate.as_str()).map(|p| p.params.len());
     found.ok_or_else(|| value(field, "a predicate of the domain", predicate))
 }
@@ -466,7 +289,11 @@ mod tests {
     #[test]
     fn values_out_of_range_name_their_key() {
         check("#e50000", "#e5000", "expected a colour such as \"#e50000\", got \"#e5000\"");
-        check("aspect = [0.45, 2.0]", "aspect = [2.0, 0.45]", "type.block.aspect: expected [least");
+        check(
+            "aspect = [0.45, 2.0]",
+            "aspect = [2.0, 0.45]",
+            "type.block.appearance.aspect: expected [least",
+        );
         check("\"red\",", "\"mauve\",", "type.block.colours: expected colours that [colours]");
     }
 

@@ -14,7 +14,7 @@ use crate::messages::{CommandKind, Origin, Scene, SceneFact, StatusKind};
 use crate::pddl::{
     Atom, Changes, Name, SourceText, Step, Typed, Universe, bind, effects, parse_plan,
 };
-use crate::scene::{Facts, SceneObject, Truth, Visibility};
+use crate::scene::{Facts, SceneObject, Visibility};
 
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
 #[derive(Debug, Clone)]
@@ -149,11 +149,12 @@ impl SceneParser {
                 type_name: t.type_name.clone(),
                 pixel_box: t.pixel_box,
                 volume: t.volume,
+                mask: None,
             })
             .collect();
-        let judged = config.grounder.ground(&boxes).into_iter().map(|judged| {
+        let judged = config.grounder.ground(&boxes).judged.into_iter().map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
-            (judged.atom, Reading { truth: Truth::from(judged.truth), confidence })
+            (judged.atom, Reading { truth: judged.truth, confidence })
         });
         judged.collect()
     }

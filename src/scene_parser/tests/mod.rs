@@ -9,9 +9,9 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaterni
 
 use super::*;
 use crate::config::DomainFolder;
-use crate::detectors::{DepthView, Detection, RowRun};
-use crate::geometry::{Intrinsics, PixelBox};
-use crate::grounding::{Evidence, Judged, ObjectBox};
+use crate::detectors::{DepthView, Detection};
+use crate::geometry::{Intrinsics, PixelBox, RowRun};
+use crate::grounding::{Basis, Evidence, Grounding, Judged, ObjectBox};
 use crate::messages::{CommandKind, Motion, Scene, StatusKind};
 use crate::pddl::Atom;
 use crate::scene::{Truth, Visibility};
@@ -27,7 +27,7 @@ const HIDDEN_FRAMES_MAX: u32 = 5;
 struct Touching;
 
 impl Grounder for Touching {
-    fn ground(&self, objects: &[ObjectBox]) -> Vec<Judged> {
+    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
         let is_block = |o: &&ObjectBox| o.type_name == "block";
         let mut judged = Vec::new();
         for above in objects.iter().filter(is_block) {
@@ -38,7 +38,8 @@ impl Grounder for Touching {
                 let evidence = Evidence { exemplar: "none".to_owned(), atom: atom.clone() };
                 judged.push(Judged {
                     atom,
-                    truth,
+                    truth: Truth::from(truth),
+                    basis: Basis::Observed,
                     d_pos: if truth { 1.0 } else { 3.0 },
                     d_neg: if truth { 3.0 } else { 1.0 },
                     nearest_pos: evidence.clone(),
@@ -46,7 +47,7 @@ impl Grounder for Touching {
                 });
             }
         }
-        judged
+        Grounding { judged, doubts: Vec::new() }
     }
 }
 
