@@ -3,12 +3,12 @@
 //! A phrase is one or more words; case, hyphens and articles do not matter. The longest phrase that
 //! fits is taken. Every word that no phrase covers is an error, so nothing is misread in silence.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
 use super::GoalError;
-use crate::pddl::{Domain, Name};
+use crate::pddl::{Atom, Domain, Name};
 
 /// The words of one domain.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -179,6 +179,32 @@ pub struct Never {
     pub both: [Pattern; 2],
     /// Why, as a clause for a message.
     pub because: String,
+}
+
+impl Never {
+    /// Whether the pair forbids these two atoms together, in either order.
+    pub fn excludes(&self, left: &Atom, right: &Atom) -> bool {
+        let [a, b] = &self.both;
+        matches(a, b, left, right) || matches(a, b, right, left)
+    }
+}
+
+/// Whether the two atoms are instances of the patterns, with different objects for different
+/// variables.
+fn matches(a: &Pattern, b: &Pattern, left: &Atom, right: &Atom) -> bool {
+    if a.predicate != left.predicate || b.predicate != right.predicate {
+        return false;
+    }
+    let mut bound: BTreeMap<&Name, &Name> = BTreeMap::new();
+    let pairs = a.variables.iter().zip(&left.args).chain(b.variables.iter().zip(&right.args));
+    for (variable, object) in pairs {
+        let known = *bound.entry(variable).or_insert(object);
+        if known != object {
+            return false;
+        }
+    }
+    let different: BTreeSet<&Name> = bound.values().copied().collect();
+    different.len() == bound.len()
 }
 
 /// An atom over variables, written as in PDDL.

@@ -6,11 +6,13 @@ pub mod error;
 pub mod fixed;
 pub mod language;
 pub mod lexicon;
+pub mod repair;
 
 use std::ops::Range;
 
 pub use error::{GoalError, Misunderstood, Reason};
 pub use language::Language;
+pub use repair::{Conflict, Repaired, repaired};
 
 use crate::geometry::PixelBox;
 use crate::pddl::{Condition, Domain, Name, Typed};

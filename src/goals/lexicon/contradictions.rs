@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::language::{Never, Pattern};
 use super::super::{Language, Reason};
 use super::{Fault, Span};
 use crate::pddl::{Atom, Name};
@@ -24,7 +23,8 @@ pub(super) fn check(atoms: &[GroundAtom], language: &Language) -> Result<(), Fau
             return Err(Fault { span: later.span.clone(), reason: Reason::Circle { circle } });
         }
         for earlier in &atoms[..idx] {
-            let broken = language.nevers.iter().find(|never| excludes(never, earlier, later));
+            let broken =
+                language.nevers.iter().find(|never| never.excludes(&earlier.atom, &later.atom));
             if let Some(never) = broken {
                 return Err(Fault {
                     span: later.span.clone(),
@@ -55,29 +55,6 @@ pub(super) fn groups(atoms: &[GroundAtom], predicate: &Name) -> usize {
         groups.push(joined);
     }
     groups.len()
-}
-
-fn excludes(never: &Never, left: &GroundAtom, right: &GroundAtom) -> bool {
-    let [a, b] = &never.both;
-    matches(a, b, &left.atom, &right.atom) || matches(a, b, &right.atom, &left.atom)
-}
-
-/// Whether the two atoms are instances of the patterns, with different objects for different
-/// variables.
-fn matches(a: &Pattern, b: &Pattern, left: &Atom, right: &Atom) -> bool {
-    if a.predicate != left.predicate || b.predicate != right.predicate {
-        return false;
-    }
-    let mut bound: BTreeMap<&Name, &Name> = BTreeMap::new();
-    let pairs = a.variables.iter().zip(&left.args).chain(b.variables.iter().zip(&right.args));
-    for (variable, object) in pairs {
-        let known = *bound.entry(variable).or_insert(object);
-        if known != object {
-            return false;
-        }
-    }
-    let different: BTreeSet<&Name> = bound.values().copied().collect();
-    different.len() == bound.len()
 }
 
 /// The way from the second argument of `last` back to its first, over atoms of its predicate.
