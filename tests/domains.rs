@@ -12,6 +12,7 @@ use common::{files_below, folders_in, in_project, project};
 use groundloop::config::{DomainFolder, ExemplarConfig};
 use groundloop::detectors::{GroundedImage, ImageView, Pipeline, ground_image};
 use groundloop::geometry::PixelBox;
+use groundloop::goals::{GoalObject, GoalSettings};
 use groundloop::grounding::{Exemplar, Grip};
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
@@ -52,6 +53,38 @@ fn every_problem_is_solved_and_its_plan_is_valid() {
     }
 }
 
+/// Every example sentence says something about the objects of one of the problems, seen side by side.
+#[test]
+fn every_example_sentence_is_understood() {
+    for folder in domains() {
+        let seen = |path: &PathBuf| -> Vec<GoalObject> {
+            let objects = problem(path, &folder).objects.into_iter().zip(0..);
+            let seen = objects.map(|(typed, i)| {
+                let x = 60.0 * f64::from(i);
+                GoalObject {
+                    name: typed.name,
+                    type_name: typed.types[0].clone(),
+                    colour: None,
+                    pixel_box: Some(PixelBox::from([x, 0.0, x + 40.0, 40.0])),
+                }
+            });
+            seen.collect()
+        };
+        let scenes = files_below(&folder.path.join("problems"), "pddl");
+        let scenes: Vec<Vec<GoalObject>> = scenes.iter().map(seen).collect();
+        let language = folder.language.clone().unwrap();
+        assert!(!language.examples.is_empty());
+        for text in &language.examples {
+            let (origin, text) = (in_project(&folder.path), text.clone());
+            let settings = GoalSettings { origin, text, language: Some(language.clone()) };
+            let source = groundloop::goals::build("instruction", &settings).unwrap();
+            let read = |objects: &Vec<GoalObject>| source.read(&folder.domain, objects).err();
+            let errors: Vec<_> = scenes.iter().filter_map(read).map(|e| e.render()).collect();
+            assert!(errors.len() < scenes.len(), "{}", errors.join("\n"));
+        }
+    }
+}
+
 /// The labelled examples of every camera set-up of a domain.
 fn exemplar_folders(folder: &DomainFolder) -> Vec<(String, Vec<(RgbImage, Exemplar)>)> {
     let read = |path: PathBuf| {
@@ -66,7 +99,9 @@ fn exemplar_folders(folder: &DomainFolder) -> Vec<(String, Vec<(RgbImage, Exempl
         let examples = config.read(folder, None).unwrap_or_else(|e| panic!("{e}"));
         (in_project(&path), examples)
     };
-    folders_in(&folder.path.join("exemplar")).into_iter().map(read).collect()
+    let set_ups = folder.path.join("exemplar");
+    let set_ups = if set_ups.is_dir() { folders_in(&set_ups) } else { Vec::new() };
+    set_ups.into_iter().map(read).collect()
 }
 
 /// Known atoms of the observed predicates.
@@ -150,10 +185,9 @@ fn every_scene_can_be_built_and_stands() {
     use groundloop_sim::{SceneSpec, World, WorldConfig};
 
     for folder in domains() {
-        for path in files_below(&folder.path.join("scenes"), "toml") {
-            if path.ends_with("labels.toml") {
-                continue;
-            }
+        let scenes = folder.path.join("scenes");
+        let scenes = if scenes.is_dir() { files_below(&scenes, "toml") } else { Vec::new() };
+        for path in scenes.into_iter().filter(|path| !path.ends_with("labels.toml")) {
             let shown = in_project(&path);
             let spec: SceneSpec = toml::from_str(&std::fs::read_to_string(&path).unwrap())
                 .unwrap_or_else(|e| panic!("{shown}: {e}"));
