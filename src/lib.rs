@@ -24,6 +24,9 @@ pub mod grounding;
 pub mod messages;
 pub mod picture;
 
+// The one way to services on the network.
+pub mod web;
+
 // Parts: a trait, a table, one file per choice.
 pub mod detectors;
 pub mod goals;

@@ -18,8 +18,10 @@ const OWNERS: &[(&str, &str, &[&str])] = &[
     ("indicatif", "src", &["src/cli/"]),
     ("ractor", "src", &["src/actors/"]),
     ("rapier3d", "sim/src", &["sim/src/bodies.rs", "sim/src/convert.rs", "sim/src/world.rs"]),
+    ("reqwest", "src", &["src/web/"]),
     ("rustix::time", "sim/src", &[]),
     ("rustix::time", "src", &["src/telemetry/clock.rs"]),
+    ("rustls", "src", &["src/web/"]),
     ("std::time::Instant", "src", &["src/telemetry/clock.rs"]),
     ("tracing_subscriber", "src", &["src/cli/out.rs"]),
 ];
@@ -61,6 +63,7 @@ const UPWARD: &[(&str, &str, &str)] = &[
     ("planners", "config", "a planner reads its own table of the run file"),
     ("robots", "config", "the simulated robot reads its own table of the run file"),
     ("robots", "telemetry", "hardware stamps its states with the one clock"),
+    ("web", "telemetry", "what is left of a deadline is told by the one clock"),
 ];
 
 /// A line of code: its number, and its text without strings and comments.

@@ -1,0 +1,19 @@
+//! The one HTTP client: JSON out, JSON in, with bounds on everything.
+//!
+//! A call blocks its caller and works inside and outside of a tokio runtime: the requests run on a
+//! thread of the client's own. Which failures are worth another attempt is `retry.rs`. What is
+//! secret (keys in headers, bodies or queries) appears in no message and no `Debug` output.
+
+mod patience;
+mod request;
+mod error;
+mod retry;
+mod client;
+
+#[cfg(test)]
+mod tests;
+
+pub use client::Client;
+pub use error::WebError;
+pub use patience::Patience;
+pub use request::{Header, Method, Reply, Request, shown_url};
