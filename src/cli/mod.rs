@@ -2,6 +2,7 @@
 
 mod out;
 mod camera;
+mod eval;
 mod exemplar;
 mod ground;
 mod narrate;
@@ -55,6 +56,8 @@ enum Verb {
     Ground(ground::Args),
     /// Render and label the examples of a simulated camera.
     Exemplar(exemplar::Args),
+    /// Measure on data sets.
+    Eval(eval::Args),
 }
 
 /// Parses the arguments and carries the verb out.
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),
         Verb::Exemplar(args) => exemplar::run(&args),
+        Verb::Eval(args) => eval::run(&args),
     };
     match done {
         Ok(code) => ExitCode::from(code),

@@ -1,0 +1,27 @@
+//! `groundloop eval`: measurements on data sets, one file each.
+
+mod prodgv;
+mod prodgv_tables;
+
+use clap::Subcommand;
+
+use super::Failure;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Measure grounding and planning on the paper's data set, a whole or partial checkout of it.
+    ProdgV(prodgv::Args),
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    match &args.what {
+        What::ProdgV(args) => prodgv::run(args),
+    }
+}

@@ -1,0 +1,242 @@
+//! `groundloop eval prodg-v`: the paper's evaluation, on any checkout of its data set.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Deserialize;
+
+use super::super::{Failure, out};
+use super::prodgv_tables::{print_details, print_report};
+use crate::config::{ConfigError, DomainFolder, PlannerConfig, choose, read_text};
+use crate::detectors::DETECTORS;
+use crate::eval::prodgv::pairs::ordered_pairs;
+use crate::eval::prodgv::{
+    Detections, DomainData, EvalError, Evaluation, Goals, Jitter, Report, Setup, Vocabulary,
+    data_set, domain_report, evaluate, published,
+};
+use crate::goals::GOALS;
+use crate::grounding::GROUNDERS;
+use crate::planners::{PLANNERS, Planner};
+use crate::planning::Budget;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The checkout: a folder with `data/` and, where there are any, `results/reported_results/`.
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Which grounder judges the facts.
+    #[arg(long, default_value = "s2s")]
+    grounder: String,
+    /// Where the boxes come from: `recorded`, `annotated`, or a detector.
+    #[arg(long, default_value = "recorded")]
+    detections: String,
+    /// Where the goals come from: `recorded`, `truth`, or a kind of goal that is given the
+    /// instruction (`lexicon` is another word for `instruction`).
+    #[arg(long, default_value = "recorded")]
+    goals: String,
+    /// Which planner plans.
+    #[arg(long, default_value = "embedded")]
+    planner: String,
+    /// A TOML file with the options of the detector: `[perception.options]`.
+    #[arg(long, value_name = "FILE")]
+    options: Option<PathBuf>,
+    /// Only this domain; may be given several times.
+    #[arg(long, value_name = "NAME")]
+    domain: Vec<String>,
+    /// Where the domain folders are, if not in `domains/` of the working directory.
+    #[arg(long, value_name = "DIR")]
+    domains: Option<PathBuf>,
+    /// Whether goal atoms that contradict the rest of their goal are dropped; if not given, for
+    /// every grounder but the reference `s2s`.
+    #[arg(long, value_name = "true|false")]
+    repair_goals: Option<bool>,
+    /// Also measures the states with Gaussian noise of this standard deviation, in pixels, on every
+    /// coordinate of the test's boxes.
+    #[arg(long, value_name = "J")]
+    jitter_px: Option<f64>,
+    /// Over how many seeds the noise is averaged.
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "jitter_px",
+          value_parser = clap::value_parser!(u64).range(1..=SEEDS_MAX))]
+    seeds: u64,
+    /// Draws each evaluated test into this folder: what was recognised, what is wrong and missing.
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
+    /// Also reports pair by pair: facts, doubts, goals.
+    #[arg(long)]
+    details: bool,
+    /// Writes one JSON object to standard output, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Most seeds of one measurement: keeps a mistyped number from running for days.
+const SEEDS_MAX: u64 = 10_000;
+
+/// The file of `--options`: a part of a run file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    #[serde(default)]
+    perception: PartOptions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PartOptions {
+    options: Option<toml::Table>,
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let jitter = jitter(args)?;
+    let options = options(args.options.as_deref())?;
+    let options_folder = args.options.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let planner = planner(&args.planner)?;
+    choose("--grounder", &args.grounder, GROUNDERS)?;
+    let (detections, goals) = (detections(&args.detections)?, goals(&args.goals)?);
+    let repair_goals = args.repair_goals.unwrap_or(args.grounder != REFERENCE);
+    let setup = Setup {
+        grounder: &args.grounder,
+        detections: &detections,
+        goals: &goals,
+        planner: &*planner,
+        repair_goals,
+        detector_options: (options.perception.options.as_ref(), options_folder),
+        jitter,
+    };
+    let data = data_set::read(&args.data, &args.domain)?;
+    let bar = bar(&data);
+    let mut domains = BTreeMap::new();
+    for data in &data {
+        bar.set_message(data.name.clone());
+        let vocabulary = Vocabulary::new(folder(args, &data.name)?, &data.domain)?;
+        let evaluation = evaluate(data, &vocabulary, &setup, &mut |_| bar.inc(1))?;
+        let report = domain_report(&evaluation, &data.left_out, args.details);
+        for left_out in &report.left_out {
+            bar.suspend(|| out::note(&format!("{}: left out: {left_out}", data.name)));
+        }
+        if let Some(folder) = &args.pictures {
+            draw(folder, data, &vocabulary, &evaluation)?;
+        }
+        domains.insert(data.name.clone(), report);
+    }
+    bar.finish_and_clear();
+    let report = Report {
+        grounder: args.grounder.clone(),
+        detections: args.detections.clone(),
+        goals: args.goals.clone(),
+        planner: args.planner.clone(),
+        repair_goals,
+        domains,
+        jitter,
+        published: published(),
+    };
+    if args.json {
+        out::json(&report)?;
+    } else {
+        print_report(&report);
+        print_details(&report);
+    }
+    Ok(0)
+}
+
+/// The grounder that is compared with the recorded facts; it takes goals as they are.
+const REFERENCE: &str = "s2s";
+
+fn jitter(args: &Args) -> Result<Option<Jitter>, Failure> {
+    let Some(px) = args.jitter_px else { return Ok(None) };
+    if px.is_finite() && px >= 0.0 {
+        return Ok(Some(Jitter { px, seeds: args.seeds }));
+    }
+    Err(Failure::bad_input(format!("--jitter-px: expected a number from 0 upwards, got {px}")))
+}
+
+fn options(path: Option<&Path>) -> Result<Options, Failure> {
+    let Some(path) = path else { return Ok(Options::default()) };
+    let text = read_text(path)?;
+    toml::from_str(&text).map_err(|e| {
+        ConfigError::Toml { path: path.display().to_string(), message: e.to_string() }.into()
+    })
+}
+
+fn planner(name: &str) -> Result<Box<dyn Planner>, Failure> {
+    let build = choose("--planner", name, PLANNERS)?;
+    let budget = Budget::standard();
+    Ok(build(&PlannerConfig {
+        name: name.to_owned(),
+        expansions_max: budget.greedy_expansions_max,
+        optimal_expansions_max: budget.optimal_expansions_max,
+        failure_penalty: 0,
+    }))
+}
+
+fn detections(name: &str) -> Result<Detections, Failure> {
+    match name {
+        "recorded" => Ok(Detections::Recorded),
+        "annotated" => Ok(Detections::Annotated),
+        detector if DETECTORS.iter().any(|(known, _)| *known == detector) => {
+            Ok(Detections::Detector(detector.to_owned()))
+        }
+        other => Err(unknown("--detections", &["recorded", "annotated"], DETECTORS, other)),
+    }
+}
+
+fn goals(name: &str) -> Result<Goals, Failure> {
+    match name {
+        "recorded" => Ok(Goals::Recorded),
+        "truth" => Ok(Goals::Truth),
+        "lexicon" => Ok(Goals::Source("instruction".to_owned())),
+        kind if GOALS.iter().any(|(known, _)| *known == kind) => Ok(Goals::Source(kind.to_owned())),
+        other => Err(unknown("--goals", &["recorded", "truth", "lexicon"], GOALS, other)),
+    }
+}
+
+fn unknown<T>(key: &str, own: &[&str], table: &[(&str, T)], got: &str) -> Failure {
+    let known = own.iter().copied().chain(table.iter().map(|(name, _)| *name));
+    let expected = known.collect::<Vec<_>>().join(" or ");
+    ConfigError::Value { key: key.to_owned(), expected, got: got.to_owned() }.into()
+}
+
+/// The shipped folder of a domain of the data set: the one of the same name.
+fn folder(args: &Args, name: &str) -> Result<DomainFolder, Failure> {
+    let folder = match &args.domains {
+        Some(domains) => DomainFolder::read(&domains.join(name)),
+        None => DomainFolder::find(name, Path::new("")),
+    };
+    Ok(folder?)
+}
+
+fn bar(data: &[DomainData]) -> ProgressBar {
+    let n_pairs: usize = data.iter().map(|data| ordered_pairs(&data.problems).len()).sum();
+    let bar = ProgressBar::new(n_pairs as u64);
+    match ProgressStyle::with_template("{bar:40} {pos}/{len} pairs, {msg}") {
+        Ok(style) => bar.with_style(style),
+        Err(error) => {
+            tracing::debug!(%error, "progress is shown plainly");
+            bar
+        }
+    }
+}
+
+fn draw(
+    folder: &Path,
+    data: &DomainData,
+    vocabulary: &Vocabulary,
+    evaluation: &Evaluation,
+) -> Result<(), Failure> {
+    let _ = (folder, data, vocabulary, evaluation);
+    Ok(())
+}
+
+impl From<EvalError> for Failure {
+    fn from(error: EvalError) -> Self {
+        match error {
+            EvalError::Config(error) => error.into(),
+            EvalError::File { .. }
+            | EvalError::Field { .. }
+            | EvalError::Pddl(_)
+            | EvalError::Picture(_) => Self::bad_input(error.render()),
+        }
+    }
+}

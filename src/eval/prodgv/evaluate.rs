@@ -1,0 +1,263 @@
+//! All pairs of one domain: detections in, episodes out.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use image::RgbImage;
+
+use super::episode::{Episode, EpisodeInput, EpisodeParts, carry_out, match_all};
+use super::goal::GoalFrom;
+use super::jitter::{Jitter, disturbed};
+use super::pairs::{is_evaluated, ordered_pairs};
+use super::recorded::Pair;
+use super::score::{Counts, score};
+use super::{DomainData, EvalError, Labelled, Vocabulary};
+use crate::config::{ConfigError, choose};
+use crate::detectors::{Detector, ImageView, name_detections};
+use crate::geometry::PixelBox;
+use crate::goals::{self, GoalSettings};
+use crate::grounding::{Exemplar, Exemplars, GROUNDERS, Grounder, ObjectBox};
+use crate::planners::Planner;
+
+/// Where the boxes of the test photographs come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Detections {
+    /// The authors' detector, as recorded.
+    Recorded,
+    /// People: the annotated boxes.
+    Annotated,
+    /// A detector, by its name in the table of detectors, taught by the exemplar.
+    Detector(String),
+}
+
+/// Where the goals come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Goals {
+    /// The authors' language model, as recorded.
+    Recorded,
+    /// The problems themselves.
+    Truth,
+    /// A goal source, by its name in the table of goal sources, given the instruction.
+    Source(String),
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup<'a> {
+    /// A key of `GROUNDERS`.
+    pub grounder: &'a str,
+    /// Where the boxes come from.
+    pub detections: &'a Detections,
+    /// Where the goals come from.
+    pub goals: &'a Goals,
+    /// The planner.
+    pub planner: &'a dyn Planner,
+    /// Whether goals are repaired.
+    pub repair_goals: bool,
+    /// Options of the detector, and the folder that their relative paths start from.
+    pub detector_options: (Option<&'a toml::Table>, &'a Path),
+    /// Noise to be measured with, in addition.
+    pub jitter: Option<Jitter>,
+}
+
+/// What came out for one domain.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    /// Every ordered pair whose input is there.
+    pub episodes: Vec<Episode>,
+    /// Pairs that something recorded is missing for, and what.
+    pub left_out: Vec<(Pair, String)>,
+    /// Counts over the evaluated pairs with noise on the boxes, one entry per seed.
+    pub jittered: Vec<Counts>,
+}
+
+/// Evaluates every ordered pair of a domain; `done` is called after each.
+///
+/// # Errors
+/// [`EvalError`] naming the file, part or option that is not usable.
+pub fn evaluate(
+    data: &DomainData,
+    vocabulary: &Vocabulary,
+    setup: &Setup<'_>,
+    done: &mut dyn FnMut(Pair),
+) -> Result<Evaluation, EvalError> {
+    let mut evaluation =
+        Evaluation { episodes: Vec::new(), left_out: Vec::new(), jittered: Vec::new() };
+    let seeds = setup.jitter.map_or(0, |jitter| jitter.seeds);
+    evaluation.jittered.resize(usize::try_from(seeds).unwrap_or(usize::MAX), Counts::default());
+    let pictures = pictures(data, setup)?;
+    for exemplar in &data.problems {
+        let grounder = grounder(setup.grounder, vocabulary, exemplar)?;
+        let mut detector = match setup.detections {
+            Detections::Detector(name) => {
+                Some(detector(name, vocabulary, setup, (exemplar, &pictures))?)
+            }
+            Detections::Recorded | Detections::Annotated => None,
+        };
+        for test in data.problems.iter().filter(|test| test.number != exemplar.number) {
+            let pair = (exemplar.number, test.number);
+            let boxes = match &mut detector {
+                Some(detector) => detect(&mut **detector, vocabulary, &pictures[&test.number])?,
+                None if *setup.detections == Detections::Annotated => Some(test.boxes.clone()),
+                None => data.recorded_detections(pair)?,
+            };
+            let step = Step { data, vocabulary, setup, grounder: &*grounder, exemplar, test };
+            step.add(boxes, &mut evaluation)?;
+            done(pair);
+        }
+    }
+    debug_assert!(evaluation.episodes.len() <= ordered_pairs(&data.problems).len());
+    Ok(evaluation)
+}
+
+/// One pair with all that it needs.
+struct Step<'a> {
+    data: &'a DomainData,
+    vocabulary: &'a Vocabulary,
+    setup: &'a Setup<'a>,
+    grounder: &'a dyn Grounder,
+    exemplar: &'a Labelled,
+    test: &'a Labelled,
+}
+
+impl Step<'_> {
+    fn add(
+        &self,
+        boxes: Option<Vec<ObjectBox>>,
+        evaluation: &mut Evaluation,
+    ) -> Result<(), EvalError> {
+        let pair = (self.exemplar.number, self.test.number);
+        let mut missing =
+            |what: &str| evaluation.left_out.push((pair, format!("{what} not recorded")));
+        let Some(boxes) = boxes else {
+            missing("detections");
+            return Ok(());
+        };
+        let recorded_boxes = self.data.recorded_detections(pair)?;
+        let recorded_facts = self.data.recorded_facts(pair)?;
+        let stub = self.data.recorded_goal(pair)?;
+        let source = match self.setup.goals {
+            Goals::Source(kind) => {
+                let Some(instruction) = &self.test.instruction else {
+                    missing("instruction");
+                    return Ok(());
+                };
+                let settings = GoalSettings {
+                    origin: format!("problem {}: instruction", self.test.number),
+                    text: instruction.trim().to_owned(),
+                    language: self.vocabulary.folder.language.clone(),
+                };
+                Some(goals::build(kind, &settings).map_err(ConfigError::from)?)
+            }
+            Goals::Recorded | Goals::Truth => None,
+        };
+        let goal = match (&source, self.setup.goals, &stub, &recorded_boxes) {
+            (Some(source), ..) => GoalFrom::Source(&**source),
+            (None, Goals::Truth, ..) => GoalFrom::Truth(&self.test.problem.goal),
+            (None, _, Some(stub), Some(boxes)) => GoalFrom::Recorded { stub, boxes },
+            (None, ..) => {
+                missing("goal");
+                return Ok(());
+            }
+        };
+        let evaluated = is_evaluated(self.exemplar, self.test);
+        let recorded = recorded_facts.as_ref().zip(recorded_boxes.as_deref());
+        let input =
+            EpisodeInput { pair, evaluated, test: self.test, boxes: &boxes, goal, recorded };
+        let parts = EpisodeParts {
+            vocabulary: self.vocabulary,
+            grounder: self.grounder,
+            planner: self.setup.planner,
+            repair_goals: self.setup.repair_goals,
+        };
+        evaluation.episodes.push(carry_out(&parts, &input));
+        if let Some(jitter) = self.setup.jitter.filter(|_| evaluated) {
+            self.add_jittered(&boxes, jitter, &mut evaluation.jittered);
+        }
+        Ok(())
+    }
+
+    /// States from disturbed boxes; nothing is planned from them.
+    fn add_jittered(&self, boxes: &[ObjectBox], jitter: Jitter, counts: &mut [Counts]) {
+        let pair = (self.exemplar.number, self.test.number);
+        for (seed, counts) in (0..).zip(counts) {
+            let boxes = disturbed(boxes, jitter.px, seed, pair);
+            let matching = match_all(self.vocabulary, &boxes, self.test);
+            let judged = self.grounder.ground(&boxes).judged;
+            let observed = &self.vocabulary.observed;
+            counts.add(&score(&judged, &matching, &self.test.init, observed));
+        }
+    }
+}
+
+/// The photographs, where a detector looks at them.
+fn pictures(data: &DomainData, setup: &Setup<'_>) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
+    let Detections::Detector(_) = setup.detections else { return Ok(BTreeMap::new()) };
+    let mut pictures = BTreeMap::new();
+    for problem in &data.problems {
+        let picture = problem.picture()?.ok_or_else(|| EvalError::File {
+            path: format!("data/{}/observations/problem{}.jpg", data.name, problem.number),
+            reason: "a detector needs this photograph".to_owned(),
+        })?;
+        pictures.insert(problem.number, picture);
+    }
+    Ok(pictures)
+}
+
+fn grounder(
+    name: &str,
+    vocabulary: &Vocabulary,
+    exemplar: &Labelled,
+) -> Result<Box<dyn Grounder>, EvalError> {
+    let build = choose("--grounder", name, GROUNDERS)?;
+    let exemplars = Exemplars::new(vec![exemplar.exemplar()]).map_err(ConfigError::from)?;
+    let folder = &vocabulary.folder;
+    let made = build(&folder.domain, &folder.perception, &exemplars).map_err(ConfigError::from)?;
+    Ok(made)
+}
+
+/// A detector that has learnt from the exemplar's photograph.
+fn detector(
+    name: &str,
+    vocabulary: &Vocabulary,
+    setup: &Setup<'_>,
+    (exemplar, pictures): (&Labelled, &BTreeMap<u32, RgbImage>),
+) -> Result<Box<dyn Detector>, EvalError> {
+    let picture = pictures[&exemplar.number].clone();
+    let whole = PixelBox {
+        x1: 0.0,
+        y1: 0.0,
+        x2: f64::from(picture.width()),
+        y2: f64::from(picture.height()),
+    };
+    let shown = exemplar.exemplar();
+    // Pixels are learnt from, and there are none outside the photograph.
+    let clipped = shown.objects.iter().map(|object| ObjectBox {
+        pixel_box: object.pixel_box.intersection(&whole),
+        ..object.clone()
+    });
+    let inside = clipped.filter(|object| object.pixel_box.is_valid()).collect();
+    let example = Exemplar { objects: inside, ..shown };
+    let examples = [(picture, example)];
+    Ok(vocabulary.folder.detector(name, setup.detector_options, &examples)?)
+}
+
+fn detect(
+    detector: &mut dyn Detector,
+    vocabulary: &Vocabulary,
+    picture: &RgbImage,
+) -> Result<Option<Vec<ObjectBox>>, EvalError> {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let view = ImageView::new(width, height, picture.as_raw())
+        .map_err(|source| ConfigError::Image { path: "photograph".to_owned(), source })?;
+    let sighted = detector.detect(&view, &[]).map_err(ConfigError::from)?;
+    let names = name_detections(&vocabulary.folder.perception, &sighted.objects);
+    let boxes = names.into_iter().zip(&sighted.objects).map(|(name, d)| ObjectBox {
+        name,
+        type_name: d.type_name.clone(),
+        pixel_box: d.pixel_box,
+        volume: None,
+        mask: Some(d.mask.as_slice().into()).filter(|_| !d.mask.is_empty()),
+    });
+    Ok(Some(boxes.collect()))
+}

@@ -1,0 +1,146 @@
+//! The goal of one episode, over the objects that were detected.
+
+use super::Vocabulary;
+use super::matching::{Matching, nearest};
+use super::rename::{self, Nameless};
+use crate::detectors::label_of;
+use crate::goals::{GoalObject, GoalSource, Language, repaired};
+use crate::grounding::ObjectBox;
+use crate::pddl::{Condition, Name, SourceText, Typed, parse_goal};
+
+/// Where a goal comes from.
+#[derive(Debug, Clone, Copy)]
+pub enum GoalFrom<'a> {
+    /// The recorded answer of the language model, which speaks of the recorded boxes.
+    Recorded {
+        /// The answer's goal form.
+        stub: &'a SourceText,
+        /// The recorded boxes.
+        boxes: &'a [ObjectBox],
+    },
+    /// The problem's own goal.
+    Truth(&'a Condition),
+    /// One of the goal sources.
+    Source(&'a dyn GoalSource),
+}
+
+/// Why there is no goal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GoalFault {
+    /// Whether all that is missing is an object that was not detected.
+    pub not_seen: bool,
+    /// The reason, in one line.
+    pub why: String,
+}
+
+impl GoalFault {
+    fn unread(why: &str) -> Self {
+        Self { not_seen: false, why: why.to_owned() }
+    }
+
+    fn not_seen(name: &Name) -> Self {
+        Self { not_seen: true, why: format!("the goal names {name}, which is not detected") }
+    }
+}
+
+/// Reads the goal over what was detected: `boxes`, and the implied objects among `objects`.
+///
+/// Names of the recorded goal stand for recorded boxes. Where other boxes were detected, each name
+/// goes to the box that overlaps the recorded one most, as the reference resolves phrases.
+pub(super) fn read(
+    from: GoalFrom<'_>,
+    vocabulary: &Vocabulary,
+    (boxes, objects): (&[ObjectBox], &[Typed]),
+    matching: &Matching,
+) -> Result<Condition, GoalFault> {
+    match from {
+        GoalFrom::Recorded { stub, boxes: recorded } => {
+            read_recorded(stub, recorded, vocabulary, (boxes, objects))
+        }
+        GoalFrom::Truth(goal) => {
+            let detected = rename::inverse(matching);
+            let constants = &vocabulary.folder.domain.constants;
+            let to = |name: &Name| {
+                let constant = constants.iter().find(|c| c.name == *name).map(|c| c.name.clone());
+                detected.get(name).cloned().or(constant)
+            };
+            rename::condition(goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
+        }
+        GoalFrom::Source(source) => read_source(source, vocabulary, (boxes, objects)),
+    }
+}
+
+fn read_recorded(
+    stub: &SourceText,
+    recorded: &[ObjectBox],
+    vocabulary: &Vocabulary,
+    (boxes, objects): (&[ObjectBox], &[Typed]),
+) -> Result<Condition, GoalFault> {
+    let unseen = objects.iter().filter(|object| boxes.iter().all(|b| b.name != object.name));
+    let spoken = recorded.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));
+    let spoken: Vec<Typed> = spoken.chain(unseen.cloned()).collect();
+    let goal = parse_goal(stub, &vocabulary.folder.domain, &spoken)
+        .map_err(|error| GoalFault::unread(&one_line(&error.to_string())))?;
+    if recorded == boxes {
+        return Ok(goal);
+    }
+    let to = |name: &Name| {
+        let Some(recorded) = recorded.iter().find(|b| b.name == *name) else {
+            return Some(name.clone());
+        };
+        nearest(recorded, boxes).filter(|(iou, _)| *iou > 0.0).map(|(_, b)| b.name.clone())
+    };
+    rename::condition(&goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
+}
+
+fn read_source(
+    source: &dyn GoalSource,
+    vocabulary: &Vocabulary,
+    (boxes, objects): (&[ObjectBox], &[Typed]),
+) -> Result<Condition, GoalFault> {
+    let perception = &vocabulary.folder.perception;
+    let language = vocabulary.folder.language.as_ref();
+    let kind = |name: &Name| language.and_then(|language| kind_of(language, name));
+    let objects: Vec<GoalObject> = objects
+        .iter()
+        .map(|object| {
+            let seen = boxes.iter().find(|b| b.name == object.name);
+            let spec = seen.and_then(|b| perception.type_spec(&b.type_name));
+            let colour = spec.and_then(|spec| label_of(spec, &object.name).cloned());
+            GoalObject {
+                name: object.name.clone(),
+                type_name: super::data_set::type_of(object),
+                colour: colour.or_else(|| seen.and_then(|b| kind(&b.name))),
+                pixel_box: seen.map(|b| b.pixel_box),
+            }
+        })
+        .collect();
+    let parsed = source.read(&vocabulary.shipped, &objects).map_err(|error| GoalFault {
+        not_seen: error.may_resolve_later(),
+        why: one_line(&error.to_string()),
+    })?;
+    match parsed.expected.first() {
+        Some(missing) => Err(GoalFault::not_seen(&missing.name)),
+        None => Ok(parsed.goal),
+    }
+}
+
+/// What tells an object from others of its type, where that is not its colour: the longest of the
+/// language's kinds that its name speaks of, a number at its end left aside.
+fn kind_of(language: &Language, object: &Name) -> Option<Name> {
+    let padded = format!("_{}_", object.as_str().trim_end_matches(|c: char| c.is_ascii_digit()));
+    let spoken = language.colours.keys().filter(|kind| padded.contains(&format!("_{kind}_")));
+    spoken.max_by_key(|kind| kind.as_str().len()).cloned()
+}
+
+/// Drops what contradicts the rest of the goal, and says what and why.
+pub(super) fn repair(goal: &Condition, vocabulary: &Vocabulary) -> (Condition, Vec<String>) {
+    let Some(language) = &vocabulary.folder.language else { return (goal.clone(), Vec::new()) };
+    let repaired = repaired(goal, &language.nevers, &vocabulary.folder.perception.completed);
+    (repaired.goal, repaired.dropped.iter().map(ToString::to_string).collect())
+}
+
+/// A message in one line.
+pub(super) fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}

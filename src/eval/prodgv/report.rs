@@ -1,0 +1,227 @@
+//! What came out, as figures: the JSON of `groundloop eval prodg-v --json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::evaluate::Evaluation;
+use super::jitter::Jitter;
+use super::published::Published;
+use super::score::Counts;
+use super::stage::Failure;
+
+/// The whole report.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The grounder.
+    pub grounder: String,
+    /// Where the boxes came from.
+    pub detections: String,
+    /// Where the goals came from.
+    pub goals: String,
+    /// The planner.
+    pub planner: String,
+    /// Whether goals were repaired.
+    pub repair_goals: bool,
+    /// What was measured, by domain.
+    pub domains: BTreeMap<String, DomainReport>,
+    /// The noise that `jitter` of each domain was measured with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<Jitter>,
+    /// What the paper says; none of it is measured here.
+    pub published: Vec<Published>,
+}
+
+/// A part and a whole.
+pub type Ratio = [usize; 2];
+
+/// What was measured in one domain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DomainReport {
+    /// Always `measured`.
+    pub source: &'static str,
+    /// Evaluated pairs.
+    pub pairs: usize,
+    /// Predicted facts that hold.
+    pub tp: usize,
+    /// Predicted facts that do not.
+    pub fp: usize,
+    /// Listed observed facts that are not predicted; one that is listed twice counts twice.
+    #[serde(rename = "fn")]
+    pub fn_: usize,
+    /// `null` when nothing is predicted.
+    pub precision: Option<f64>,
+    /// `null` when there is nothing to predict.
+    pub recall: Option<f64>,
+    /// Harmonic mean of the two.
+    pub f1: Option<f64>,
+    /// Pairs whose state is exactly right.
+    pub exact_states: usize,
+    /// Judged facts that are unknown; not predicted.
+    pub unknown: usize,
+    /// Predicted facts that rest on a constraint.
+    pub inferred: usize,
+    /// What the grounder could not explain.
+    pub doubts: usize,
+    /// Goals that lost an atom which contradicted the rest.
+    pub goals_repaired: usize,
+    /// Problems that are problems of the domain, over all ordered pairs.
+    pub problem_valid: Ratio,
+    /// Plans that are valid on their own problem, over the evaluated pairs.
+    pub plan_valid_pairs: Ratio,
+    /// The same over all ordered pairs.
+    pub plan_valid_all: Ratio,
+    /// Plans that are valid on the true problem, over the evaluated pairs.
+    pub success: Ratio,
+    /// Facts that differ from the recorded ones, over all ordered pairs; `null` without any.
+    pub differs_from_recorded: Option<usize>,
+    /// Evaluated pairs whose plan fails or whose state is not exactly right.
+    pub failures: Vec<Failure>,
+    /// Problems and pairs that cannot be evaluated, and what is missing.
+    pub left_out: Vec<String>,
+    /// Means over the seeds, with noise on the boxes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<JitterReport>,
+    /// Pair by pair, on request.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub details: Vec<PairReport>,
+}
+
+/// Means over the seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct JitterReport {
+    /// Mean of the precisions.
+    pub precision: Option<f64>,
+    /// Mean of the recalls.
+    pub recall: Option<f64>,
+    /// Mean of the harmonic means.
+    pub f1: Option<f64>,
+    /// Mean number of states that are exactly right.
+    pub exact_states: f64,
+    /// Mean number of unknown facts.
+    pub unknown: f64,
+}
+
+/// What was measured of one pair.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PairReport {
+    /// The exemplar's number.
+    pub exemplar: u32,
+    /// The test's number.
+    pub test: u32,
+    /// Whether the pair counts.
+    pub evaluated: bool,
+    /// Predicted facts that hold.
+    pub tp: usize,
+    /// Predicted facts that do not.
+    pub fp: usize,
+    /// Listed facts that are not predicted.
+    #[serde(rename = "fn")]
+    pub fn_: usize,
+    /// Unknown facts.
+    pub unknown: usize,
+    /// Facts that rest on a constraint.
+    pub inferred: usize,
+    /// Facts that differ from the recorded ones.
+    pub differs_from_recorded: Option<usize>,
+    /// Wrong facts, with the names of the detections.
+    pub wrong: Vec<String>,
+    /// Missing facts, with the true names.
+    pub missing: Vec<String>,
+    /// What the grounder could not explain.
+    pub doubts: Vec<String>,
+    /// The goal over the detections, or why there is none.
+    pub goal: String,
+    /// What was dropped from the goal.
+    pub dropped: Vec<String>,
+    /// Length of the plan, where there is one.
+    pub plan_steps: Option<usize>,
+    /// Whether the plan is valid on its own problem.
+    pub plan_valid: bool,
+    /// Whether the plan is valid on the true problem.
+    pub success: bool,
+}
+
+/// The figures of one domain; `details` asks for those of each pair too.
+pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool) -> DomainReport {
+    let episodes = &evaluation.episodes;
+    let mut counts = Counts::default();
+    let evaluated = || episodes.iter().filter(|episode| episode.evaluated);
+    evaluated().for_each(|episode| counts.add(&episode.score));
+    let n_pairs = counts.pairs;
+    let valid = evaluated().filter(|e| e.plan_valid).count();
+    let all = |n: usize| [n, episodes.len()];
+    let pairs = evaluation.left_out.iter();
+    let pairs = pairs.map(|((e, t), why)| format!("exemplar {e}, test {t}: {why}"));
+    let differs: Vec<usize> = episodes.iter().filter_map(|e| e.differs).collect();
+    DomainReport {
+        source: "measured",
+        pairs: n_pairs,
+        tp: counts.tp,
+        fp: counts.fp,
+        fn_: counts.fn_,
+        precision: counts.precision(),
+        recall: counts.recall(),
+        f1: counts.f1(),
+        exact_states: counts.exact,
+        unknown: counts.unknown,
+        inferred: counts.inferred,
+        doubts: evaluated().map(|e| e.grounding.doubts.len()).sum(),
+        goals_repaired: evaluated().filter(|e| !e.dropped.is_empty()).count(),
+        problem_valid: all(episodes.iter().filter(|e| e.problem.is_ok()).count()),
+        plan_valid_pairs: [valid, n_pairs],
+        plan_valid_all: all(episodes.iter().filter(|e| e.plan_valid).count()),
+        success: [evaluated().filter(|e| e.success.is_ok()).count(), n_pairs],
+        differs_from_recorded: (!differs.is_empty()).then(|| differs.iter().sum()),
+        failures: evaluated().filter_map(|e| e.failure.clone()).collect(),
+        left_out: left_out.iter().cloned().chain(pairs).collect(),
+        jitter: jitter_report(&evaluation.jittered),
+        details: if details { episodes.iter().map(pair_report).collect() } else { Vec::new() },
+    }
+}
+
+fn jitter_report(seeds: &[Counts]) -> Option<JitterReport> {
+    let mean = |value: &dyn Fn(&Counts) -> Option<f64>| {
+        let values: Option<Vec<f64>> = seeds.iter().map(value).collect();
+        values.map(|values| values.iter().sum::<f64>() / seeds.len() as f64)
+    };
+    let whole = |value: fn(&Counts) -> usize| mean(&|counts| Some(value(counts) as f64));
+    (!seeds.is_empty()).then(|| JitterReport {
+        precision: mean(&Counts::precision),
+        recall: mean(&Counts::recall),
+        f1: mean(&Counts::f1),
+        exact_states: whole(|counts| counts.exact).unwrap_or_default(),
+        unknown: whole(|counts| counts.unknown).unwrap_or_default(),
+    })
+}
+
+fn pair_report(episode: &super::Episode) -> PairReport {
+    fn texts<T: ToString>(list: &[T]) -> Vec<String> {
+        list.iter().map(ToString::to_string).collect()
+    }
+    let score = &episode.score;
+    let doubts = episode.grounding.doubts.iter().map(|doubt| doubt.reason.clone());
+    let goal = match &episode.goal {
+        Ok(goal) => goal.to_string(),
+        Err(fault) => fault.why.clone(),
+    };
+    PairReport {
+        exemplar: episode.pair.0,
+        test: episode.pair.1,
+        evaluated: episode.evaluated,
+        tp: score.tp,
+        fp: score.wrong.len(),
+        fn_: score.missing.len(),
+        unknown: score.unknown,
+        inferred: score.inferred,
+        differs_from_recorded: episode.differs,
+        wrong: texts(&score.wrong),
+        missing: texts(&score.missing),
+        doubts: doubts.collect(),
+        goal,
+        dropped: episode.dropped.clone(),
+        plan_steps: episode.plan().map(<[_]>::len),
+        plan_valid: episode.plan_valid,
+        success: episode.success.is_ok(),
+    }
+}
