@@ -11,6 +11,7 @@ mod candidates;
 mod features;
 mod judged;
 mod nearest;
+mod joint;
 mod proprioception;
 mod completion;
 
@@ -39,4 +40,4 @@ pub trait Grounder: Send + Sync {
 pub type Build = fn(&Domain, &Perception, &Exemplars) -> Result<Box<dyn Grounder>, PerceptionError>;
 
 /// Every grounder by its name in configuration files, in alphabetical order.
-pub const GROUNDERS: &[(&str, Build)] = &[("s2s", nearest::build)];
+pub const GROUNDERS: &[(&str, Build)] = &[("s2s", nearest::build), ("s2s-joint", joint::build)];

@@ -156,7 +156,8 @@ impl Perception {
         for name in &self.completed {
             arity(domain, "completed", name)?;
         }
-        self.constraints.check(domain)
+        let observed: Vec<&Name> = self.observed_predicates().collect();
+        self.constraints.check(domain, &observed)
     }
 
     /// How objects of a type look.
