@@ -3,17 +3,19 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Fatal, Keep};
-use crate::detectors::{DepthView, Detector, ImageView};
+use crate::detectors::{DepthView, Detector, ImageView, phrase_of_name};
 use crate::messages::{Cause, Command, RobotState, Scene, Status};
+use crate::pddl::Typed;
 use crate::scene_parser::{FrameContext, ParserConfig, SceneParser};
 use crate::telemetry::monotonic_ns;
 use crate::transport::convert::{
-    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire,
+    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
     robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CAMERA_DEPTH, CAMERA_RGB, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+    CAMERA_DEPTH, CAMERA_RGB, GOAL, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
 };
 use crate::transport::wire::{
     CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
@@ -55,6 +57,8 @@ pub struct Memory {
     commands: Vec<Command>,
     statuses: Vec<Status>,
     robot: Option<RobotState>,
+    /// Objects that the goal names, once there is a goal.
+    named: Vec<Typed>,
     /// Frames that were rejected, and frames that were overtaken.
     pub rejected: u64,
     /// Frames that were overtaken by newer ones.
@@ -67,6 +71,7 @@ struct Ports {
     states: Inbox<DeviceHeader, RobotStateRecord>,
     commands: Inbox<DeviceHeader, CommandRecord>,
     statuses: Inbox<DeviceHeader, StatusRecord>,
+    goals: Inbox<TaskHeader, u8>,
     scenes: Outbox<TaskHeader, SceneRecord>,
 }
 
@@ -89,6 +94,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         states: bus.inbox(&ROBOT_STATE)?,
         commands: bus.inbox(&ROBOT_COMMAND)?,
         statuses: bus.inbox(&ROBOT_STATUS)?,
+        goals: bus.inbox(&GOAL)?,
         scenes: bus.outbox(&SCENE)?,
     };
     let detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
@@ -117,7 +123,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
             continue; // a restarted camera shows the same frame again
         }
         args.chaos.message("scene_parser");
-        memory.hear(&mut ports)?;
+        memory.hear(&mut ports, &args.vocabulary)?;
         let depth = depths.as_ref().filter(|d| d.header().sequence == frame.header().sequence);
         let parsed =
             tokio::task::block_in_place(|| parse(&args, &mut memory, &mut tools, &frame, depth));
@@ -191,7 +197,9 @@ fn parse(
         }
     });
     let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
-    let detections = tools.detector.detect(&image, &[]).map_err(|e| e.to_string())?.objects;
+    let unseen = memory.parser.unseen(&args.config, &memory.named);
+    let phrases: Vec<String> = unseen.iter().map(phrase_of_name).collect();
+    let sighted = tools.detector.detect(&image, &phrases).map_err(|e| e.to_string())?;
     let detected_ns = monotonic_ns();
     let cause = Cause {
         cycle: memory.cycle,
@@ -209,7 +217,7 @@ fn parse(
         commands: &commands,
         statuses: &statuses,
     };
-    let mut scene = memory.parser.parse(&args.config, &context, detections);
+    let mut scene = memory.parser.parse(&args.config, &context, sighted);
     memory.cycle += 1;
     let microseconds = |ns: u64| u32::try_from(ns / 1000).unwrap_or(u32::MAX);
     scene.detect_us = microseconds(detected_ns - started_ns);
@@ -218,8 +226,18 @@ fn parse(
 }
 
 impl Memory {
-    /// Takes in what robot and executor have said since the last frame.
-    fn hear(&mut self, ports: &mut Ports) -> Result<(), TransportError> {
+    /// Takes in what robot, executor and goal parser have said since the last frame. In lockstep
+    /// the goal parser answers every scene before the next frame is captured.
+    fn hear(&mut self, ports: &mut Ports, vocabulary: &Vocabulary) -> Result<(), TransportError> {
+        while let Some(message) = ports.goals.poll_next()? {
+            if message.header().verdict == GOAL_PENDING {
+                continue;
+            }
+            match goal_from_wire(message.header(), message.records(), vocabulary) {
+                Ok(goal) => self.named = goal.named,
+                Err(error) => tracing::warn!(%error, "goal"),
+            }
+        }
         self.commands.extend(fresh(
             &mut ports.commands,
             &mut self.last_command,

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::actors::Fatal;
 use crate::config::ConfigError;
+use crate::detectors::DetectorError;
 use crate::transport::TransportError;
 
 pub use episode::{Episode, EpisodeOptions, run_episode};
@@ -40,7 +41,10 @@ impl RunError {
     /// The process's exit code for it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Config(ConfigError::Missing { .. }) | Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Config(
+                ConfigError::Missing { .. } | ConfigError::Detector(DetectorError::Missing { .. }),
+            )
+            | Self::Fatal(Fatal::Missing { .. }) => 5,
             Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
         }

@@ -234,7 +234,7 @@ fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
         y2: f64::from(mask.last()?.y + 1),
     };
     let type_name = Name::new(body.kind);
-    Some(Detection { label: type_name.clone(), type_name, pixel_box, score: 1.0, mask })
+    Some(Detection { name: None, label: type_name.clone(), type_name, pixel_box, score: 1.0, mask })
 }
 
 impl Label {

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::{Failure, exit, out};
-use crate::config::{DomainFolder, exemplar_from_files, read_image};
-use crate::detectors::{GroundedImage, ImageView, Pipeline, ground_image, label_of};
+use crate::config::{ConfigError, DomainFolder, exemplar_from_files, read_image, read_text};
+use crate::detectors::{
+    GroundedImage, ImageView, Pipeline, ground_image, label_of, phrase_of_name,
+};
 use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal};
 use crate::grounding::Grip;
 use crate::pddl::Atom;
@@ -39,6 +41,9 @@ pub(super) struct Args {
     /// Which detector finds the objects.
     #[arg(long, default_value = "colour")]
     detector: String,
+    /// The detector's own options: a TOML file with what `[perception.options]` of a run file has.
+    #[arg(long, value_name = "FILE")]
+    detector_options: Option<PathBuf>,
     /// Which grounder judges the facts.
     #[arg(long, default_value = "s2s")]
     grounder: String,
@@ -67,7 +72,9 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         )));
     }
     let examples = [example];
-    let mut detector = folder.detector(&args.detector, (None, Path::new("")), &examples)?;
+    let options = args.detector_options.as_deref().map(read_options).transpose()?;
+    let base = args.detector_options.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let mut detector = folder.detector(&args.detector, (options.as_ref(), base), &examples)?;
     let grounder = folder.grounder(&args.grounder, &examples)?;
     let pipeline = Pipeline {
         domain: &folder.domain,
@@ -78,8 +85,16 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let view = ImageView::new(width as usize, height as usize, picture.as_raw())
         .map_err(Failure::bad_input)?;
     let grounded = ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)
-        .map_err(Failure::bad_input)?;
-    let goal = read_goal(args, &folder, &grounded)?;
+        .map_err(ConfigError::from)?;
+    let mut goal = read_goal(args, &folder, &grounded)?;
+    let mut grounded = grounded;
+    if let Some(goal) = goal.as_mut().filter(|goal| !goal.expected.is_empty()) {
+        let phrases: Vec<String> = goal.expected.iter().map(|e| phrase_of_name(&e.name)).collect();
+        grounded = ground_image(&pipeline, &mut *detector, &view, &phrases, &Grip::Empty)
+            .map_err(ConfigError::from)?;
+        goal.expected.retain(|e| grounded.objects.iter().all(|seen| seen.name != e.name));
+        grounded.unplaced.iter().for_each(|reason| out::note(&format!("phrase {reason}")));
+    }
     let outcome = goal.as_ref().map(|goal| solve(&folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;
     Ok(match &outcome {
@@ -87,6 +102,14 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         Some(Outcome::Unsolvable { .. }) => exit::UNSOLVABLE,
         Some(Outcome::OutOfBudget { .. }) => exit::GAVE_UP,
         Some(Outcome::Unsupported { .. } | Outcome::BadInput { .. }) => exit::BAD_INPUT,
+    })
+}
+
+/// The options of a detector, from a file of their own.
+fn read_options(path: &Path) -> Result<toml::Table, ConfigError> {
+    read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
+        path: path.display().to_string(),
+        message: e.to_string(),
     })
 }
 

@@ -138,15 +138,15 @@ impl DomainFolder {
     ) -> Result<Box<dyn Detector>, ConfigError> {
         let build = choose("perception.detector", name, DETECTORS)?;
         let (options, folder) = options;
-        let settings =
-            DetectorSettings { perception: &self.perception, options, folder, environment };
+        let (domain, perception) = (&self.domain, &self.perception);
+        let settings = DetectorSettings { domain, perception, options, folder, environment };
         let mut detector = build(&settings)?;
         for (picture, exemplar) in examples {
             detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
         }
         // Tables that are made on first use are made now, not on the first frame of a run.
         if let Some((picture, exemplar)) = examples.first() {
-            detector.detect(&view_of(picture, &exemplar.name)?, &[])?;
+            detector.warm_up(&view_of(picture, &exemplar.name)?)?;
         }
         Ok(detector)
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::*;
+use crate::detectors::DETECTORS;
 
 const BLOCKS: &str = include_str!("../../configs/blocksworld.toml");
 
@@ -155,7 +156,7 @@ fn parts_that_do_not_go_together_are_refused() {
 
 #[track_caller]
 fn check_examples(exemplar: &ExemplarConfig, data: Option<&Path>, expect: &[&str]) {
-    let message = exemplar.read(&blocks_folder(), data).unwrap_err().to_string();
+    let message = exemplar.read(&blocks_folder(), data).map(drop).unwrap_err().to_string();
     for part in expect {
         assert!(message.contains(part), "{part:?} is not in {message}");
     }
@@ -185,10 +186,54 @@ fn labelled_examples_that_are_missing_are_named() {
     check_examples(&here, None, &["a.png: "]);
 }
 
+/// Each fault of a labelled example is told with its file and what in it is wrong.
+#[test]
+fn labelled_examples_that_are_wrong_are_named_with_the_field() {
+    let image = root().join("domains/blocksworld/exemplar/sim_320x240/d_touching.png");
+    let image = fs::read(image).unwrap();
+    let state = |objects: &str| {
+        format!(
+            "(define (problem p) (:domain blocksworld) (:objects {objects}) (:init) (:goal (and)))"
+        )
+    };
+    let (good_state, good_boxes) = (state("a - block"), r#"{"a": [1, 2, 30, 40]}"#);
+    let cases: [(&[u8], &str, &str, &[&str]); 10] = [
+        (b"", good_boxes, &good_state, &["x.png: "]),
+        (&image[..image.len() / 2], good_boxes, &good_state, &["x.png: "]),
+        (b"GIF89a", good_boxes, &good_state, &["x.png: "]),
+        (&image, "", &good_state, &["x.json: EOF"]),
+        (&image, r#"{"a": [5, 2, 5, 40]}"#, &good_state, &["x.json: a: expected finite x1 < x2"]),
+        (&image, r#"{"a": [1, 2, "NaN", 40]}"#, &good_state, &["x.json: a: expected four numbers"]),
+        (&image, r#"{"a": [1, 2, 321, 40]}"#, &good_state, &["x.json: a: expected a box inside"]),
+        (
+            &image,
+            r#"{"a": [1, 2, 3, 4], "A": [1, 2, 3, 4]}"#,
+            &good_state,
+            &["x.json: a: expected one"],
+        ),
+        (&image, good_boxes, &state("a - cupboard"), &["x.pddl", "cupboard"]),
+        (&image, good_boxes, &state("a - block a - robot"), &["x.pddl", "declared twice"]),
+    ];
+    for (image, boxes, state, expect) in cases {
+        let temporary = TempDir::new().unwrap();
+        let file = |ending: &str, content: &[u8]| {
+            fs::write(temporary.path().join(format!("x.{ending}")), content).unwrap();
+        };
+        file("png", image);
+        file("json", boxes.as_bytes());
+        file("pddl", state.as_bytes());
+        let folder = temporary.path().to_str().map(str::to_owned);
+        let (image, boxes, state, number) = (None, None, None, None);
+        check_examples(&ExemplarConfig { folder, image, boxes, state, number }, None, expect);
+    }
+}
+
 #[test]
 fn parts_that_there_are_not_are_told_with_those_that_there_are() {
     let detector = blocks_folder().detector("magic", (None, Path::new("")), &[]).err().unwrap();
-    assert_eq!(detector.to_string(), "perception.detector: expected colour, got magic");
+    let known = DETECTORS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
+    let expect = format!("perception.detector: expected {known}, got magic");
+    assert_eq!(detector.to_string(), expect);
     let grounder = blocks_folder().grounder("magic", &[]).err().unwrap().to_string();
     assert!(grounder.starts_with("perception.grounder: expected s2s"), "{grounder}");
 }

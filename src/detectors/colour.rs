@@ -7,11 +7,14 @@
 
 use std::collections::BTreeMap;
 
+use serde::Deserialize;
+
 use super::appearance::{is_seam, stands_out};
 use super::bitmask::BitMask;
-use super::naming::label_of;
+use super::naming::{label_of, name_detections};
 use super::outline::{SizeLimits, Sizes, find};
 use super::palette::{NONE, Palette, cell};
+use super::phrases::answer;
 use super::regions::Region;
 use super::{Detection, Detector, DetectorError, DetectorSettings, ImageView, Sighted};
 use crate::grounding::{ObjectBox, Perception, TypeSpec};
@@ -28,8 +31,14 @@ pub struct ColourDetector {
     masks: Vec<BitMask>,
 }
 
+/// `[perception.options]`: there are none.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoOptions {}
+
 /// The entry for the table of detectors.
 pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
+    let NoOptions {} = settings.options()?;
     Ok(Box::new(ColourDetector::new(settings.perception)?))
 }
 
@@ -131,14 +140,20 @@ impl Detector for ColourDetector {
     fn detect(
         &mut self,
         image: &ImageView<'_>,
-        _phrases: &[String],
+        phrases: &[String],
     ) -> Result<Sighted, DetectorError> {
         self.classify(image);
         let mut objects = Vec::new();
         for spec in &self.perception.types {
             objects.extend(self.detect_type(spec, image));
         }
-        Ok(Sighted { objects, phrases: Vec::new() })
+        let phrases = if phrases.is_empty() {
+            Vec::new()
+        } else {
+            let names = name_detections(&self.perception, &objects);
+            answer(&self.perception, (&names, &objects), phrases)
+        };
+        Ok(Sighted { objects, phrases })
     }
 }
 
@@ -151,6 +166,7 @@ fn usual_height(mut heights: Vec<f64>) -> f64 {
 fn detection(spec: &TypeSpec, colour: &Name, region: Region) -> Detection {
     let pixel_box = region.pixel_box();
     Detection {
+        name: None,
         type_name: spec.name.clone(),
         label: colour.clone(),
         pixel_box,
@@ -164,7 +180,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::detectors::name_detections;
     use crate::geometry::PixelBox;
 
     /// A picture of filled rectangles on a plain ground.

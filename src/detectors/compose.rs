@@ -1,5 +1,6 @@
 //! One image to one symbolic state, without a loop: detect, name, ground, complete.
 
+use super::phrases::{MergeRule, merge, name_of_phrase};
 use super::{Detection, Detector, DetectorError, ImageView, PhraseBox, Sighted, name_detections};
 use crate::grounding::{
     Grip, Grounder, Grounding, ObjectBox, Perception, complete, facts_of, merged, proprioception,
@@ -32,13 +33,16 @@ pub struct GroundedImage {
     pub objects: Vec<Typed>,
     /// Where the goal's phrases were found.
     pub phrases: Vec<PhraseBox>,
+    /// Phrases that name none of the objects, with the reason.
+    pub unplaced: Vec<String>,
     /// Every judged tuple, and what the facts cannot explain.
     pub grounding: Grounding,
     /// Observed, proprioceptive and completed facts.
     pub facts: Facts,
 }
 
-/// Reads the state off one image, and looks for objects that phrases of the goal single out.
+/// Reads the state off one image. Objects that phrases of the goal single out take the phrases as
+/// their names (see [`merge`]).
 ///
 /// # Errors
 /// What the detector says.
@@ -50,9 +54,16 @@ pub fn ground_image(
     grip: &Grip,
 ) -> Result<GroundedImage, DetectorError> {
     let Pipeline { domain, perception, rules, grounder } = *pipeline;
-    let Sighted { objects: detections, phrases } = detector.detect(image, phrases)?;
+    let asked = phrases;
+    let Sighted { objects: detections, phrases } = detector.detect(image, asked)?;
     let names = name_detections(perception, &detections);
-    let boxes: Vec<ObjectBox> = names
+    let mut merged_names = merge(&names, &detections, &phrases, MergeRule::Fitting);
+    let unanswered = asked.iter().filter(|asked| phrases.iter().all(|p| p.phrase != **asked));
+    let unanswered = unanswered.filter(|asked| !names.contains(&name_of_phrase(asked)));
+    let unplaced = unanswered.map(|phrase| format!("{phrase:?}: nothing fits it"));
+    merged_names.unplaced.extend(unplaced);
+    let boxes: Vec<ObjectBox> = merged_names
+        .names
         .into_iter()
         .zip(&detections)
         .map(|(name, d)| ObjectBox {
@@ -71,5 +82,6 @@ pub fn ground_image(
     let own = proprioception(domain, perception, &objects, grip);
     let base = merged(facts_of(&grounding.judged), own);
     let facts = complete(rules, &domain.types, &objects, &base);
-    Ok(GroundedImage { detections, boxes, objects, phrases, grounding, facts })
+    let unplaced = merged_names.unplaced;
+    Ok(GroundedImage { detections, boxes, objects, phrases, unplaced, grounding, facts })
 }

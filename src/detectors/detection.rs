@@ -24,9 +24,12 @@ pub struct PhraseBox {
     pub score: f32,
 }
 
-/// One detected object, not yet named.
+/// One detected object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
+    /// The name that the detector dictates, such as that of a labelled box; `None`: the rules of
+    /// its type give it one.
+    pub name: Option<Name>,
     /// Its PDDL type.
     pub type_name: Name,
     /// What tells it from others of its type: a colour, or another detector's class text.

@@ -13,6 +13,10 @@ mod outline;
 mod appearance;
 mod colour;
 mod naming;
+mod phrases;
+mod boxes;
+mod options;
+mod annotated;
 mod volume;
 mod compose;
 
@@ -20,7 +24,10 @@ pub use colour::ColourDetector;
 pub use compose::{GroundedImage, Pipeline, ground_image};
 pub use detection::{Detection, PhraseBox, Sighted};
 pub use image::{ImageError, ImageView};
-pub use naming::{label_of, name_detections};
+pub use naming::{label_of, name_detections, unused_name};
+pub use phrases::{
+    MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,
+};
 pub use volume::{CutSides, DepthError, DepthView, Measured, volume_of};
 
 use std::path::Path;
@@ -28,6 +35,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::grounding::{ObjectBox, Perception};
+use crate::pddl::Domain;
 
 /// Finds objects of the domain's types in an image.
 pub trait Detector: Send {
@@ -49,6 +57,21 @@ pub trait Detector: Send {
         image: &ImageView<'_>,
         phrases: &[String],
     ) -> Result<Sighted, DetectorError>;
+
+    /// Does on an example image what the first call would otherwise have to do: makes tables, finds
+    /// out whether the image is of the right kind.
+    ///
+    /// # Errors
+    /// As [`Detector::detect`].
+    fn warm_up(&mut self, image: &ImageView<'_>) -> Result<(), DetectorError> {
+        self.detect(image, &[]).map(drop)
+    }
+
+    /// Whether one image takes longer than the loop should wait for: then the detector works
+    /// beside it.
+    fn is_slow(&self) -> bool {
+        false
+    }
 }
 
 /// A detector cannot do its work.
@@ -72,12 +95,53 @@ pub enum DetectorError {
         /// The image's height.
         height: usize,
     },
+    /// The detector's own options are not of the documented form.
+    #[error("perception.options: {message}")]
+    Options {
+        /// What the parser says.
+        message: String,
+    },
+    /// An option has a value that cannot be.
+    #[error("perception.options.{option}: expected {expected}, got {got}")]
+    Option {
+        /// The option.
+        option: String,
+        /// What may stand there.
+        expected: String,
+        /// What does.
+        got: String,
+    },
+    /// A file of the detector is not usable.
+    #[error("{file}: {message}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong with it: the field, what was expected and what stands there.
+        message: String,
+    },
+    /// Something that the detector needs is missing: exit code 5.
+    #[error("{what} is missing: {how}")]
+    Missing {
+        /// What.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+}
+
+impl DetectorError {
+    fn option(option: &str, expected: impl Into<String>, got: impl Into<String>) -> Self {
+        let (expected, got) = (expected.into(), got.into());
+        Self::Option { option: option.to_owned(), expected, got }
+    }
 }
 
 /// What a detector is made from.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorSettings<'a> {
-    /// How the domain is seen.
+    /// The domain.
+    pub domain: &'a Domain,
+    /// How it is seen.
     pub perception: &'a Perception,
     /// The detector's own options, `[perception.options]` of the run file.
     pub options: Option<&'a toml::Table>,
@@ -91,4 +155,5 @@ pub struct DetectorSettings<'a> {
 pub type Build = fn(&DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError>;
 
 /// Every detector by its name in configuration files, in alphabetical order.
-pub const DETECTORS: &[(&str, Build)] = &[("colour", colour::build)];
+pub const DETECTORS: &[(&str, Build)] =
+    &[("annotated", annotated::build), ("colour", colour::build)];

@@ -1,6 +1,6 @@
 //! Detections to named objects.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use super::Detection;
 use crate::grounding::{Order, Perception, TypeSpec};
@@ -22,13 +22,16 @@ pub fn label_of<'a>(spec: &'a TypeSpec, object: &Name) -> Option<&'a Name> {
 /// has the name of each detection, in the order of `detections`.
 ///
 /// A name that is taken gets a number: `red_block`, `red_block2`, `red_block3`. A detection of a
-/// type that the perception file does not describe is called by its type.
+/// type that the perception file does not describe is called by its type. A name that the detector
+/// dictates stays as it is.
 pub fn name_detections(perception: &Perception, detections: &[Detection]) -> Vec<Name> {
-    let mut used: BTreeMap<Name, usize> = BTreeMap::new();
-    let mut names: Vec<Name> = detections.iter().map(|d| d.type_name.clone()).collect();
+    let mut used: BTreeSet<Name> = detections.iter().filter_map(|d| d.name.clone()).collect();
+    let own_or_type = |d: &Detection| d.name.clone().unwrap_or_else(|| d.type_name.clone());
+    let mut names: Vec<Name> = detections.iter().map(own_or_type).collect();
     for spec in &perception.types {
+        let unnamed = detections.iter().enumerate().filter(|(_, d)| d.name.is_none());
         let mut of_type: Vec<(usize, &Detection)> =
-            detections.iter().enumerate().filter(|(_, d)| d.type_name == spec.name).collect();
+            unnamed.filter(|(_, d)| d.type_name == spec.name).collect();
         of_type.sort_by(|(_, a), (_, b)| {
             let (a, b) = (sort_keys(spec.naming.order, a), sort_keys(spec.naming.order, b));
             a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
@@ -36,13 +39,21 @@ pub fn name_detections(perception: &Perception, detections: &[Detection]) -> Vec
         let listed = spec.naming.list.len() == of_type.len();
         for (i, (detection_idx, detection)) in of_type.into_iter().enumerate() {
             let stem = if listed { spec.naming.list[i].clone() } else { stem(spec, detection) };
-            let n = used.entry(stem.clone()).or_insert(0);
-            *n += 1;
-            let numbered = || Name::new(format!("{stem}{n}"));
-            names[detection_idx] = if *n == 1 { stem.clone() } else { numbered() };
+            let name = unused_name(&stem, &|name| used.contains(name));
+            used.insert(name.clone());
+            names[detection_idx] = name;
         }
     }
     names
+}
+
+/// The name, with the first number from 2 on where it is taken.
+pub fn unused_name(name: &Name, taken: &dyn Fn(&Name) -> bool) -> Name {
+    if !taken(name) {
+        return name.clone();
+    }
+    let numbered = (2_u32..).map(|i| Name::new(format!("{name}{i}")));
+    numbered.into_iter().find(|n| !taken(n)).unwrap_or_else(|| name.clone())
 }
 
 fn stem(spec: &TypeSpec, detection: &Detection) -> Name {
@@ -70,6 +81,7 @@ mod tests {
     fn check(perception: &str, detections: &[(&str, &str, [f64; 4])], expect: &[&str]) {
         let perception = Perception::parse("perception.toml", perception).unwrap();
         let detection = |(type_name, label, edges): &(&str, &str, [f64; 4])| Detection {
+            name: None,
             type_name: (*type_name).into(),
             label: (*label).into(),
             pixel_box: PixelBox::from(*edges),
@@ -78,6 +90,22 @@ mod tests {
         };
         let detections: Vec<_> = detections.iter().map(detection).collect();
         assert_eq!(name_detections(&perception, &detections), expect);
+    }
+
+    /// A dictated name is nobody else's.
+    #[test]
+    fn a_dictated_name_stays() {
+        let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
+        let mut detections = [10.0, 30.0].map(|x| Detection {
+            name: None,
+            type_name: "block".into(),
+            label: "red".into(),
+            pixel_box: PixelBox::from([x, 0.0, x + 5.0, 5.0]),
+            score: 1.0,
+            mask: Vec::new(),
+        });
+        detections[1].name = Some("red_block".into());
+        assert_eq!(name_detections(&perception, &detections), ["red_block2", "red_block"]);
     }
 
     const BLOCKS: &str = include_str!("../../domains/blocksworld/perception.toml");

@@ -312,6 +312,7 @@ mod tests {
             mask.push(RowRun { y: y as u32, x_start: x as u32, x_end: x as u32 + 1 });
         }
         let detection = Detection {
+            name: None,
             type_name: "block".into(),
             label: "red".into(),
             pixel_box: PixelBox::from([0.0; 4]),
@@ -355,6 +356,7 @@ mod tests {
     fn without_depth_there_is_no_volume() {
         let mask = vec![RowRun { y: 1, x_start: 0, x_end: 40 }];
         let detection = Detection {
+            name: None,
             type_name: "block".into(),
             label: "red".into(),
             pixel_box: PixelBox::from([0.0, 1.0, 40.0, 2.0]),

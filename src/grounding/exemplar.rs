@@ -1,13 +1,11 @@
 //! Labelled examples: boxes in an image together with the facts that hold there.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
-use serde::Deserializer as _;
-use serde::de::{MapAccess, Visitor};
+use serde::Deserialize as _;
 use thiserror::Error;
 
-use super::ObjectBox;
+use super::{ObjectBox, json_entries};
 use crate::geometry::PixelBox;
 use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
 use crate::scene::Volume;
@@ -93,13 +91,20 @@ impl Exemplar {
     /// the image, there twice, or not an object of the state.
     pub fn parse(text: &ExemplarText, domain: &Domain) -> Result<Self, ExemplarError> {
         let state = parse_problem(&text.state, domain)?.value;
-        let mut json = serde_json::Deserializer::from_str(&text.boxes.text);
         let form = |e: serde_json::Error| ExemplarError::Form {
             file: text.boxes.name.clone(),
             message: e.to_string(),
         };
-        let boxes = json.deserialize_map(BoxList).map_err(form)?;
-        json.end().map_err(form)?;
+        let mut boxes = Vec::new();
+        for (object, value) in json_entries(&text.boxes.text).map_err(form)? {
+            let pixel_box = PixelBox::deserialize(&value).map_err(|error| ExemplarError::Box {
+                file: text.boxes.name.clone(),
+                object: object.to_string(),
+                expected: "four numbers, x1 y1 x2 y2".to_owned(),
+                got: format!("{value} ({error})"),
+            })?;
+            boxes.push((object, pixel_box));
+        }
         let declared: Vec<Typed> = state.objects.iter().chain(&domain.constants).cloned().collect();
         let mut example =
             Self::new(&text.boxes.name, text.image_size, &boxes, (&declared, state.init))?;
@@ -111,22 +116,28 @@ impl Exemplar {
 
     /// Gives each object its volume.
     fn add_volumes(&mut self, text: &SourceText) -> Result<(), ExemplarError> {
-        let volumes: BTreeMap<Name, Volume> = serde_json::from_str(&text.text)
-            .map_err(|e| ExemplarError::Form { file: text.name.clone(), message: e.to_string() })?;
-        for (name, volume) in volumes {
+        let form = |e: serde_json::Error| ExemplarError::Form {
+            file: text.name.clone(),
+            message: e.to_string(),
+        };
+        for (name, value) in json_entries(&text.text).map_err(form)? {
             let fail = |expected: &str, got: String| ExemplarError::Box {
                 file: text.name.clone(),
                 object: name.to_string(),
                 expected: expected.to_owned(),
                 got,
             };
+            let volume = Volume::deserialize(&value)
+                .map_err(|e| fail("a centre and an extent", format!("{value} ({e})")))?;
             if !volume.is_valid() {
                 return Err(fail("finite numbers and positive extents", format!("{volume:?}")));
             }
             let Some(object) = self.objects.iter_mut().find(|object| object.name == name) else {
                 return Err(fail("an object that has a box", "none".to_owned()));
             };
-            object.volume = Some(volume);
+            if object.volume.replace(volume).is_some() {
+                return Err(fail("one volume per object", "two".to_owned()));
+            }
         }
         Ok(())
     }
@@ -210,25 +221,6 @@ impl Exemplars {
     }
 }
 
-/// Reads a box file entry by entry, so that a name given twice is not lost.
-struct BoxList;
-
-impl<'de> Visitor<'de> for BoxList {
-    type Value = Vec<(Name, PixelBox)>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object whose values are lists of four numbers")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut boxes = Vec::new();
-        while let Some(entry) = map.next_entry()? {
-            boxes.push(entry);
-        }
-        Ok(boxes)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,10 +263,32 @@ mod tests {
         check(r#"{"a": [-1, 2, 6, 4]}"#, "a: expected a box inside");
         check(r#"{"A": [1, 2, 3, 4], "a": [1, 2, 3, 4]}"#, "a: expected one box per object");
         check(r#"{"c": [1, 2, 3, 4]}"#, "c: expected an object that the state declares");
-        check(r#"{"a": [1, 2, 3]}"#, "boxes.json: invalid length 3, expected an array of length 4");
-        check(r#"{"a": [1, 2, 3, null]}"#, "line 1");
+        check(
+            r#"{"a": [1, 2, 3]}"#,
+            "boxes.json: a: expected four numbers, x1 y1 x2 y2, got [1,2,3]",
+        );
+        check(r#"{"a": [1, 2, 3, null]}"#, "boxes.json: a: expected four numbers");
+        check(r#"{"a": "left"}"#, "boxes.json: a: expected four numbers");
+        check(r#"{"a": [1, 2, NaN, 4]}"#, "boxes.json: expected value at line 1");
         check(r#"{"a": [1, 2, 3, 4]} x"#, "trailing");
-        check("[]", "an object whose values are lists");
+        check("[]", "an object whose keys are names");
+        check("", "boxes.json: EOF");
+    }
+
+    #[test]
+    fn bad_volumes_name_the_file_and_the_object() {
+        let volume = r#""a": {"centre": [0, 0, 0], "extent": [1, 1, 1]}"#;
+        let none = r#"{"a": {"centre": [0, 0, 0], "extent": [1, 0, 1]}}"#;
+        for (volumes, expect) in [
+            (format!("{{{volume}, {volume}}}"), "v.json: a: expected one volume per object"),
+            (none.to_owned(), "v.json: a: expected finite numbers and positive extents"),
+            (r#"{"a": 3}"#.to_owned(), "v.json: a: expected a centre and an extent, got 3"),
+            (volume.replace("\"a\"", "{\"b\"") + "}", "v.json: b: expected an object that has"),
+        ] {
+            let mut exemplar = parse(r#"{"a": [1, 2, 3, 4]}"#).unwrap();
+            let error = exemplar.add_volumes(&SourceText::new("v.json", volumes)).unwrap_err();
+            assert!(error.to_string().starts_with(expect), "{error}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod perception;
 mod appearance;
 mod constraints;
 mod object_box;
+mod entries;
 mod exemplar;
 mod candidates;
 mod features;
@@ -19,6 +20,7 @@ pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec
 pub use candidates::{CandidateSlots, slots, tuples};
 pub use completion::{complete, facts_of, merged};
 pub use constraints::Constraints;
+pub use entries::json_entries;
 pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
 pub use features::{FEATURES, Feature, feature_by_name};
 pub use judged::{Basis, Doubt, Evidence, Grounding, Judged};

@@ -1,6 +1,6 @@
 //! `perception.toml`: everything about seeing that belongs to one domain.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Deserialize;
@@ -134,7 +134,7 @@ impl Perception {
     /// [`PerceptionError::Value`] naming the key whose predicate, arity, type, feature or object
     /// is not the domain's.
     pub fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
-        let known = known_types(domain);
+        let known = domain.known_types();
         let want_type = |field: String, name: &Name| {
             known.contains(name).then_some(()).ok_or_else(|| value(field, "a type", name))
         };
@@ -239,13 +239,6 @@ pub(super) fn arity(
 ) -> Result<usize, PerceptionError> {
     let found = domain.predicate(predicate.as_str()).map(|p| p.params.len());
     found.ok_or_else(|| value(field, "a predicate of the domain", predicate))
-}
-
-fn known_types(domain: &Domain) -> BTreeSet<Name> {
-    let declared = domain.types.parents.iter().flat_map(|(t, ps)| ps.iter().chain([t]));
-    let of_predicates = domain.predicates.iter().flat_map(|p| &p.params);
-    let used = of_predicates.chain(domain.actions.iter().flat_map(|a| &a.params));
-    declared.chain(used.flat_map(|t| &t.types)).cloned().collect()
 }
 
 #[cfg(test)]

@@ -204,6 +204,14 @@ impl Domain {
     pub fn action(&self, name: &str) -> Option<&Action> {
         self.actions.iter().find(|a| a.name == name)
     }
+
+    /// Every type that the domain declares or uses.
+    pub fn known_types(&self) -> BTreeSet<Name> {
+        let declared = self.types.parents.iter().flat_map(|(t, ps)| ps.iter().chain([t]));
+        let of_predicates = self.predicates.iter().flat_map(|p| &p.params);
+        let used = of_predicates.chain(self.actions.iter().flat_map(|a| &a.params));
+        declared.chain(used.flat_map(|t| &t.types)).cloned().collect()
+    }
 }
 
 /// One step of a plan: an action applied to objects.

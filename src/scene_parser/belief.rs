@@ -106,6 +106,18 @@ impl Belief {
     }
 }
 
+impl Belief {
+    /// Everything that is believed of one object is believed of it under its new name.
+    pub(super) fn rename(&mut self, from: &Name, to: &Name) {
+        let renamed = |mut atom: Atom| {
+            atom.args.iter_mut().filter(|arg| *arg == from).for_each(|arg| arg.clone_from(to));
+            atom
+        };
+        let entries = std::mem::take(&mut self.entries);
+        self.entries = entries.into_iter().map(|(atom, entry)| (renamed(atom), entry)).collect();
+    }
+}
+
 impl Entry {
     /// Counts how long the frames have said the same.
     fn read(&mut self, reading: Option<&Reading>) {

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::belief::{Belief, Frozen, Reading};
 use super::gripper;
 use super::occlusion::hull_in_image;
-use super::tracker::{Sighting, Tracker};
+use super::tracker::{Renamed, Sighting, Tracker};
 use super::{FrameContext, ParserConfig};
-use crate::detectors::{Detection, volume_of};
+use crate::detectors::{Detection, MergeRule, Sighted, merge, volume_of};
 use crate::geometry::PixelBox;
 use crate::grounding::{Grip, ObjectBox, complete, proprioception};
 use crate::messages::{CommandKind, Origin, Scene, SceneFact, StatusKind};
@@ -53,7 +53,7 @@ impl SceneParser {
         &mut self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
-        detections: Vec<Detection>,
+        sighted: Sighted,
     ) -> Scene {
         self.start_steps(config, context);
         let ended = self.end_step(context);
@@ -61,10 +61,11 @@ impl SceneParser {
             let reach_m = config.belief.grasp_reach_m;
             self.grip = gripper::follow(&self.grip, robot, &self.tracker.tracks, reach_m);
         }
-        let occluders = self.occluders(config, context, &detections);
-        let sightings = detections.into_iter().map(|d| sight(config, context, d)).collect();
+        let occluders = self.occluders(config, context, &sighted.objects);
+        let sightings = sightings(config, context, sighted);
         let settings = (&config.perception, &config.belief);
         self.tracker.update(sightings, &occluders, context.cause.capture_ns, settings);
+        self.rename(config.belief.confirm_frames);
 
         let readings = self.judge(config);
         let frozen = self.frozen();
@@ -78,6 +79,27 @@ impl SceneParser {
         let own = self.own_facts(config, &typed, &frozen);
         let facts = self.facts(config, &typed, &own);
         Scene { cause: context.cause, objects, facts, unsettled, detect_us: 0, ground_us: 0 }
+    }
+
+    /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
+    pub fn unseen(&self, config: &ParserConfig, named: &[Typed]) -> Vec<Name> {
+        let is_known = |name: &Name| {
+            self.tracker.tracks.iter().any(|t| t.name == *name)
+                || config.perception.implied.iter().any(|i| i.name == *name)
+                || config.domain.constants.iter().any(|c| c.name == *name)
+        };
+        named.iter().map(|typed| typed.name.clone()).filter(|name| !is_known(name)).collect()
+    }
+
+    /// Lets objects take the goal's phrases as their names, while no step depends on the old ones.
+    fn rename(&mut self, confirm_frames: u32) {
+        if self.running.is_some() || self.grip != Grip::Empty {
+            return;
+        }
+        for Renamed { from, to } in self.tracker.rename(confirm_frames) {
+            tracing::info!(%from, %to, "named as in the goal");
+            self.belief.rename(&from, &to);
+        }
     }
 
     /// Takes note of a step that the robot was told to carry out.
@@ -283,6 +305,25 @@ fn step_of(label: &str) -> Option<Step> {
     parse_plan(&source).ok()?.into_iter().next()
 }
 
+/// What was detected, with its place in the world and the goal's names for it.
+fn sightings(
+    config: &ParserConfig,
+    context: &FrameContext<'_>,
+    Sighted { objects, phrases }: Sighted,
+) -> Vec<Sighting> {
+    let names: Vec<Name> = objects.iter().map(|d| d.type_name.clone()).collect();
+    let merged = merge(&names, &objects, &phrases, MergeRule::Fitting);
+    for reason in &merged.unplaced {
+        tracing::debug!(reason, "a phrase of the goal names nothing");
+    }
+    let mut sightings: Vec<Sighting> =
+        objects.into_iter().map(|detection| sight(config, context, detection)).collect();
+    for placed in merged.placed {
+        sightings[placed.detection_idx].phrase = Some(placed.name);
+    }
+    sightings
+}
+
 /// A detection with its place in the world.
 fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection) -> Sighting {
     let spec = config.perception.type_spec(&detection.type_name);
@@ -290,5 +331,5 @@ fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection
         (Some(spec), Some(depth), Some(model)) => volume_of(&detection, depth, model, spec.depth),
         _ => None,
     };
-    Sighting { detection, measured }
+    Sighting { detection, measured, phrase: None }
 }

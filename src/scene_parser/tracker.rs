@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::BeliefConfig;
 use super::occlusion::is_covered;
-use crate::detectors::{Detection, Measured, name_detections};
+use crate::detectors::{Detection, Measured, name_detections, unused_name};
 use crate::geometry::PixelBox;
 use crate::grounding::Perception;
 use crate::pddl::Name;
@@ -29,6 +29,10 @@ pub(super) struct Track {
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
     pub(super) hidden_frames: u32,
+    /// What a phrase of the goal calls it, and for how many frames in a row.
+    called: Option<(Name, u32)>,
+    /// Whether its name is a phrase of the goal: then it keeps it.
+    is_phrase: bool,
 }
 
 /// Something that was seen, but not for long enough to be an object.
@@ -36,6 +40,7 @@ pub(super) struct Track {
 struct Candidate {
     detection: Detection,
     volume: Option<Volume>,
+    phrase: Option<Name>,
     frames: u32,
 }
 
@@ -51,6 +56,15 @@ pub(super) struct Tracker {
 pub(super) struct Sighting {
     pub(super) detection: Detection,
     pub(super) measured: Option<Measured>,
+    /// The name that a phrase of the goal gives it.
+    pub(super) phrase: Option<Name>,
+}
+
+/// An object that goes by the goal's phrase from now on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Renamed {
+    pub(super) from: Name,
+    pub(super) to: Name,
 }
 
 impl Tracker {
@@ -84,6 +98,27 @@ impl Tracker {
         self.promote(capture_ns, perception, config);
     }
 
+    /// Gives objects the names by which phrases of the goal have called them for `confirm_frames`
+    /// frames in a row. Names are identities: an object is renamed at most once, and never to a
+    /// name that is taken.
+    pub(super) fn rename(&mut self, confirm_frames: u32) -> Vec<Renamed> {
+        let mut renamed = Vec::new();
+        for idx in 0..self.tracks.len() {
+            let track = &self.tracks[idx];
+            let Some((to, frames)) = track.called.clone() else { continue };
+            let is_free = self.tracks.iter().all(|other| other.name != to);
+            if track.is_phrase || frames < confirm_frames || !is_free {
+                continue;
+            }
+            let track = &mut self.tracks[idx];
+            let from = std::mem::replace(&mut track.name, to.clone());
+            track.is_phrase = true;
+            renamed.push(Renamed { from, to });
+        }
+        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+        renamed
+    }
+
     /// All possible matches of tracks with sightings, best first.
     fn pairs(&self, sightings: &[Option<Sighting>]) -> Vec<(f64, usize, usize)> {
         let mut pairs = Vec::new();
@@ -102,7 +137,7 @@ impl Tracker {
     /// Detections that fit no track become candidates, or confirm those of the last frame.
     fn propose(&mut self, born: Vec<Sighting>) {
         let mut before = std::mem::take(&mut self.candidates);
-        for Sighting { detection, measured } in born {
+        for Sighting { detection, measured, phrase } in born {
             let volume = measured.map(|measured| measured.volume);
             let goes_on = before.iter().position(|c| {
                 c.detection.type_name == detection.type_name
@@ -111,7 +146,7 @@ impl Tracker {
             });
             // Taken out, so that of two pieces of one only one goes on.
             let frames = goes_on.map_or(1, |at| before.swap_remove(at).frames + 1);
-            self.candidates.push(Candidate { detection, volume, frames });
+            self.candidates.push(Candidate { detection, volume, phrase, frames });
         }
     }
 
@@ -126,7 +161,9 @@ impl Tracker {
         let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
         let names = name_detections(perception, &detections);
         for (candidate, name) in ripe.into_iter().zip(names) {
-            let name = self.unused(&name);
+            let phrase = candidate.phrase.filter(|p| self.tracks.iter().all(|t| t.name != *p));
+            let (is_phrase, name) = (phrase.is_some(), phrase.unwrap_or(name));
+            let name = unused_name(&name, &|name| self.tracks.iter().any(|t| t.name == *name));
             self.tracks.push(Track {
                 name,
                 type_name: candidate.detection.type_name,
@@ -136,6 +173,8 @@ impl Tracker {
                 score: candidate.detection.score,
                 seen_ns: capture_ns,
                 hidden_frames: 0,
+                called: None,
+                is_phrase,
             });
         }
         self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
@@ -152,16 +191,6 @@ impl Tracker {
             !spec.naming.list.is_empty() && !known && ripe != spec.naming.list.len() && patience
         });
         waits.map(|spec| spec.name.clone()).collect()
-    }
-
-    /// The name, with a number where it is taken.
-    fn unused(&self, name: &Name) -> Name {
-        let taken = |n: &Name| self.tracks.iter().any(|t| t.name == *n);
-        if !taken(name) {
-            return name.clone();
-        }
-        let numbered = (2_u32..).map(|i| Name::new(format!("{name}{i}")));
-        numbered.into_iter().find(|n| !taken(n)).unwrap_or_else(|| name.clone())
     }
 }
 
@@ -187,6 +216,10 @@ impl Track {
         self.score = sighting.detection.score;
         self.seen_ns = capture_ns;
         self.hidden_frames = 0;
+        self.called = sighting.phrase.clone().map(|phrase| match self.called.take() {
+            Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
+            Some(_) | None => (phrase, 1),
+        });
         let measured = match (self.volume, sighting.measured) {
             (Some(known), Some(measured)) => measured.completed(&known),
             (None, Some(measured)) => Some(measured.volume),

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaterni
 
 use super::*;
 use crate::config::DomainFolder;
-use crate::detectors::{DepthView, Detection};
+use crate::detectors::{DepthView, Detection, PhraseBox, Sighted};
 use crate::geometry::{Intrinsics, PixelBox, RowRun};
 use crate::grounding::{Basis, Evidence, Grounding, Judged, ObjectBox};
 use crate::messages::{CommandKind, Motion, Scene, StatusKind};
@@ -65,6 +65,7 @@ fn camera() -> CameraModel {
 fn detection(type_name: &str, label: &str, edges: [f64; 4]) -> Detection {
     let row = |y| RowRun { y, x_start: edges[0] as u32, x_end: edges[2] as u32 };
     Detection {
+        name: None,
         type_name: type_name.into(),
         label: label.into(),
         pixel_box: PixelBox::from(edges),
@@ -100,6 +101,8 @@ struct Eyes {
     robot: RobotState,
     commands: Vec<Command>,
     statuses: Vec<Status>,
+    /// Where the goal's phrases are in the next frame.
+    phrases: Vec<PhraseBox>,
     n_frames: u64,
 }
 
@@ -129,6 +132,7 @@ impl Eyes {
             robot: robot(),
             commands: Vec::new(),
             statuses: Vec::new(),
+            phrases: Vec::new(),
             n_frames: 0,
         }
     }
@@ -154,7 +158,9 @@ impl Eyes {
             commands: &commands,
             statuses: &statuses,
         };
-        self.parser.parse(&self.config, &context, detections.to_vec())
+        let phrases = std::mem::take(&mut self.phrases);
+        let sighted = Sighted { objects: detections.to_vec(), phrases };
+        self.parser.parse(&self.config, &context, sighted)
     }
 
     /// The last of some frames that all look the same.

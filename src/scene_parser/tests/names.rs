@@ -1,6 +1,7 @@
 //! Names are identities.
 
 use super::*;
+use crate::pddl::{Name, Typed};
 use crate::scene::Visibility::{Hidden, Visible};
 
 #[test]
@@ -75,6 +76,53 @@ fn a_new_object_of_a_known_colour_gets_a_number() {
     let scene = eyes.stare(CONFIRM_FRAMES, &[block("red", -100.0, 0.0), red]);
     assert_eq!(seen(&scene, "red_block").1, 100.0);
     assert_eq!(seen(&scene, "red_block2").1, -100.0);
+}
+
+/// Frames in which a phrase lies on one block and another block stands beside it.
+fn called(eyes: &mut Eyes, phrase: &str, x: f64, n_frames: u32) -> Scene {
+    let blocks = [block("red", x, 0.0), block("blue", -200.0, 0.0)];
+    let place = PhraseBox {
+        phrase: phrase.to_owned(),
+        pixel_box: block("red", x + 4.0, 0.0).pixel_box,
+        score: 0.8,
+    };
+    let frames = (0..n_frames).map(|_| {
+        eyes.phrases = vec![place.clone()];
+        eyes.look(&blocks)
+    });
+    frames.last().unwrap()
+}
+
+#[test]
+fn a_phrase_of_the_goal_names_the_object_that_it_fits_once() {
+    let mut eyes = Eyes::new("blocksworld");
+    eyes.stare(CONFIRM_FRAMES, &[block("red", 0.0, 0.0), block("blue", -200.0, 0.0)]);
+    let named = ["blue_block", "arm", "my_cup"].map(|name| Typed::new(name, "block"));
+    assert_eq!(eyes.parser.unseen(&eyes.config, &named), ["my_cup"]);
+    let scene = called(&mut eyes, "my cup", 0.0, CONFIRM_FRAMES - 1);
+    assert_eq!(names(&scene), ["blue_block", "red_block"], "not yet");
+    let scene = called(&mut eyes, "my cup", 0.0, 1);
+    assert_eq!(names(&scene), ["blue_block", "my_cup"]);
+    check(&scene, &[("on my_cup blue_block", Truth::False), ("ontable my_cup", Truth::True)]);
+    let scene = called(&mut eyes, "your cup", 0.0, CONFIRM_FRAMES);
+    assert_eq!(names(&scene), ["blue_block", "my_cup"], "a name is an identity");
+    assert_eq!(eyes.parser.unseen(&eyes.config, &named), Vec::<Name>::new());
+}
+
+#[test]
+fn a_new_object_is_born_with_its_phrase_as_name() {
+    let mut eyes = Eyes::new("blocksworld");
+    let scene = called(&mut eyes, "my cup", 0.0, CONFIRM_FRAMES);
+    assert_eq!(names(&scene), ["blue_block", "my_cup"]);
+}
+
+#[test]
+fn nothing_is_renamed_while_the_gripper_holds_something() {
+    let mut eyes = Eyes::new("blocksworld");
+    eyes.stare(CONFIRM_FRAMES, &[block("red", 0.0, 0.0), block("blue", -200.0, 0.0)]);
+    eyes.grasp(-200.0, 25.0);
+    let scene = called(&mut eyes, "my cup", 0.0, CONFIRM_FRAMES);
+    assert!(names(&scene).contains(&"red_block"));
 }
 
 fn peg(x: f64) -> Detection {
