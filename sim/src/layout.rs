@@ -72,6 +72,7 @@ impl Layout<'_> {
     fn random_stacks(&mut self, arrangement: &Arrangement) -> Result<(), SceneError> {
         let Arrangement::RandomStacks {
             slots_x_m,
+            rows_y_m,
             y_m,
             y_jitter_m,
             stack_height_max,
@@ -83,17 +84,20 @@ impl Layout<'_> {
         };
         let mut blocks = self.all(|shape| matches!(shape, Shape::Block { .. }));
         let height_max = *stack_height_max;
-        if blocks.len() > slots_x_m.len().saturating_mul(height_max) {
+        let rows = if rows_y_m.is_empty() { std::slice::from_ref(y_m) } else { rows_y_m };
+        let slots = rows.iter().flat_map(|y| slots_x_m.iter().map(move |x| [*x, *y]));
+        let slots: Vec<[f64; 2]> = slots.collect();
+        if blocks.len() > slots.len().saturating_mul(height_max) {
             return Err(SceneError::TooFewSlots {
                 n_blocks: blocks.len(),
-                n_slots: slots_x_m.len(),
+                n_slots: slots.len(),
                 height_max,
             });
         }
         self.random.shuffle(&mut blocks);
-        let mut free: Vec<usize> = (0..slots_x_m.len()).collect();
+        let mut free: Vec<usize> = (0..slots.len()).collect();
         self.random.shuffle(&mut free);
-        let mut stacks = vec![Vec::new(); slots_x_m.len()];
+        let mut stacks = vec![Vec::new(); slots.len()];
         for block in blocks {
             // One choice for each stack that is not full, and one for the table.
             let mut choices: Vec<usize> = (0..stacks.len())
@@ -105,9 +109,9 @@ impl Layout<'_> {
             stacks[slot].push(block);
         }
         let jitter = Jitter { xy_m: *xy_jitter_m, yaw_rad: yaw_jitter_deg.to_radians() };
-        for (x, stack) in slots_x_m.iter().zip(stacks) {
-            let y = y_m + self.random.between(-1.0, 1.0) * y_jitter_m;
-            self.stack([*x, y], 0.0, &stack, &jitter);
+        for ([x, y], stack) in slots.into_iter().zip(stacks) {
+            let y = y + self.random.between(-1.0, 1.0) * y_jitter_m;
+            self.stack([x, y], 0.0, &stack, &jitter);
         }
         Ok(())
     }

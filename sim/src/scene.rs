@@ -56,11 +56,14 @@ pub struct BodySpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
-    /// All blocks in random stacks on slots along x.
+    /// All blocks in random stacks on slots along x, in one row or several.
     RandomStacks {
         /// The x of each slot.
         slots_x_m: Vec<f64>,
-        /// The y of every slot; 0 when absent.
+        /// The y of each row of slots; one row at `y_m` when absent.
+        #[serde(default)]
+        rows_y_m: Vec<f64>,
+        /// The y of every slot of the only row; 0 when absent.
         #[serde(default)]
         y_m: f64,
         /// Each stack is moved along y by at most this much; 0 when absent.
@@ -286,9 +289,16 @@ impl Arrangement {
         };
         match self {
             Self::RandomStacks {
-                slots_x_m, y_m, y_jitter_m, xy_jitter_m, yaw_jitter_deg, ..
+                slots_x_m,
+                rows_y_m,
+                y_m,
+                y_jitter_m,
+                xy_jitter_m,
+                yaw_jitter_deg,
+                ..
             } => {
                 slots_x_m.iter().try_for_each(|&x| number("slots_x_m", x, -1.0, 1.0))?;
+                rows_y_m.iter().try_for_each(|&y| number("rows_y_m", y, -1.0, 1.0))?;
                 number("y_m", *y_m, -1.0, 1.0)?;
                 number("y_jitter_m", *y_jitter_m, 0.0, 0.5)?;
                 number("xy_jitter_m", *xy_jitter_m, 0.0, 0.005)?;

@@ -1,6 +1,6 @@
 //! From the pixels of a detection and a depth image to a volume in the world.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector3};
 use thiserror::Error;
 
 use super::image::check_sides;
@@ -66,16 +66,45 @@ pub struct Measured {
     pub volume: Volume,
     /// Sides on which something nearer, or the image's edge, hides how far it reaches.
     pub cut: CutSides,
+    /// Which way the camera looks.
+    heading: Heading,
 }
 
-/// Sides of a visible volume that are not the object's own.
+/// The horizontal direction in which a camera looks; volumes are measured along and across it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Heading([f64; 2]);
+
+impl Heading {
+    /// Of a camera that is not turned about its own axis and looks level or down, even straight
+    /// down: then "along" is up in the image.
+    fn of(camera: &CameraModel) -> Self {
+        let ahead = camera.world_from_camera * Vector3::new(0.0, -1.0, 1.0);
+        let length = ahead.xy().norm();
+        // Only a camera that looks up has none: it measures as one that looks along y.
+        if length > 0.0 { Self([ahead.x / length, ahead.y / length]) } else { Self([0.0, 1.0]) }
+    }
+
+    /// From the world to a frame with x to the right of the camera, y ahead, and the same z.
+    fn view_from_world(self, p: Point3<f64>) -> Point3<f64> {
+        let Self([x, y]) = self;
+        Point3::new(y * p.x - x * p.y, x * p.x + y * p.y, p.z)
+    }
+
+    /// And back.
+    fn world_from_view(self, p: Point3<f64>) -> Point3<f64> {
+        let Self([x, y]) = self;
+        Point3::new(y * p.x + x * p.y, y * p.y - x * p.x, p.z)
+    }
+}
+
+/// Sides of a visible volume that are not the object's own, as the camera sees them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CutSides {
-    /// Lowest x.
+    /// The left one.
     pub left: bool,
-    /// Highest x.
+    /// The right one.
     pub right: bool,
-    /// Lowest z.
+    /// The lower one.
     pub bottom: bool,
 }
 
@@ -88,20 +117,24 @@ const WHOLE_SHARE_MIN: f64 = 0.25;
 
 /// The world volume of a detected object; `None` with too few depth pixels.
 ///
-/// The camera looks along world y (x to the right, z up), level or from above. What it sees of an
+/// The camera stands upright and looks level or from above, in any direction. What it sees of an
 /// object is its front and top: left and right are taken from the ends of the mask's rows, bottom
 /// and top from the ends of its columns, the front from the lower ends of the middle columns; how
 /// deep the object is follows from `rule`. Quantiles stand in for extremes, against noise and stray
 /// pixels. Ends beyond which something nearer lies are left out as long as others tell the edge;
-/// otherwise the side is reported as cut.
+/// otherwise the side is reported as cut. The centre is in the world frame; the extents are those
+/// across and along the camera's direction, which is what x and y are for a camera that looks
+/// along y.
 pub fn volume_of(
     detection: &Detection,
     depth: &DepthView<'_>,
     camera: &CameraModel,
     rule: DepthRule,
 ) -> Option<Measured> {
+    let heading = Heading::of(camera);
     let lift = |column: f64, row: f64, depth_m: f64| -> Option<Point3<f64>> {
-        camera.lift(Point2::new(column, row), depth_m).ok()
+        let point = camera.lift(Point2::new(column, row), depth_m).ok()?;
+        Some(heading.view_from_world(point))
     };
     let pixel = |x: u32, y: u32, dx: f64, dy: f64| {
         lift(f64::from(x) + dx, f64::from(y) + dy, depth.at(x, y)?)
@@ -138,15 +171,17 @@ pub fn volume_of(
     };
     let centre =
         Point3::new(f64::midpoint(left, right), front + extent_y / 2.0, f64::midpoint(bottom, top));
+    let centre = heading.world_from_view(centre);
     let volume = Volume { centre, extent: [right - left, extent_y, top - bottom] };
-    Some(Measured { volume, cut })
+    Some(Measured { volume, cut, heading })
 }
 
 impl Measured {
     /// The whole object, given how large it is known to be: a side that is cut is put where the
-    /// opposite side says. `None` when both ends of x are cut, and nothing says where it is.
+    /// opposite side says. `None` when left and right are cut, and nothing says where it is.
     pub fn completed(&self, known: &Volume) -> Option<Volume> {
-        let Self { volume, cut } = self;
+        let Self { volume, cut, heading } = self;
+        let volume = Volume { centre: heading.view_from_world(volume.centre), ..*volume };
         let ([x_low, x_high], [_, z_high]) = (volume.span(0), volume.span(2));
         let [width, depth, height] = known.extent;
         let (x_low, x_high) = match (cut.left, cut.right) {
@@ -159,12 +194,13 @@ impl Measured {
         let extent_y = if is_cut { depth } else { volume.extent[1] };
         let extent_z = if cut.bottom { height } else { volume.extent[2] };
         let front = volume.span(1)[0];
+        let centre = Point3::new(
+            f64::midpoint(x_low, x_high),
+            front + extent_y / 2.0,
+            z_high - extent_z / 2.0,
+        );
         Some(Volume {
-            centre: Point3::new(
-                f64::midpoint(x_low, x_high),
-                front + extent_y / 2.0,
-                z_high - extent_z / 2.0,
-            ),
+            centre: heading.world_from_view(centre),
             extent: [x_high - x_low, extent_y, extent_z],
         })
     }
@@ -254,14 +290,18 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
+    use nalgebra::{Isometry3, Rotation3, UnitQuaternion};
 
     use super::*;
     use crate::geometry::{Intrinsics, PixelBox};
 
     /// A camera about a metre in front of the table, looking down a little.
     fn camera(width: usize, height: usize) -> CameraModel {
-        let (from, to) = (Point3::new(0.0, -0.95, 0.42), Point3::new(0.0, 0.0, 0.09));
+        camera_at(Point3::new(0.0, -0.95, 0.42), width, height)
+    }
+
+    fn camera_at(from: Point3<f64>, width: usize, height: usize) -> CameraModel {
+        let to = Point3::new(0.0, 0.0, 0.09);
         let forward = (to - from).normalize();
         let right = forward.cross(&Vector3::z()).normalize();
         let down = forward.cross(&right);
@@ -296,7 +336,12 @@ mod tests {
     /// Ray-casts one box, with depth noise of about a millimetre, and lifts it back.
     #[track_caller]
     fn check(width: usize, height: usize, volume: Volume, tolerance_m: f64) {
-        let camera = camera(width, height);
+        check_from(&camera(width, height), [width, height], volume, tolerance_m);
+    }
+
+    #[track_caller]
+    fn check_from(camera: &CameraModel, size: [usize; 2], volume: Volume, tolerance_m: f64) {
+        let [width, height] = size;
         let k = camera.intrinsics;
         let from = Point3::from(camera.world_from_camera.translation.vector);
         let mut depth_m = vec![0.0_f32; width * height];
@@ -320,7 +365,7 @@ mod tests {
             mask,
         };
         let depth = DepthView::new(width, height, &depth_m).unwrap();
-        let measured = volume_of(&detection, &depth, &camera, DepthRule::AsWide).unwrap();
+        let measured = volume_of(&detection, &depth, camera, DepthRule::AsWide).unwrap();
         assert_eq!(measured.cut, CutSides::default());
         let lifted = measured.volume;
         let off = (lifted.centre - volume.centre).abs().max();
@@ -333,12 +378,13 @@ mod tests {
         let visible =
             Volume { centre: Point3::new(0.115, 0.185, 0.035), extent: [0.02, 0.02, 0.03] };
         let cut = CutSides { left: true, right: false, bottom: true };
-        let completed = Measured { volume: visible, cut }.completed(&whole).unwrap();
+        let heading = Heading([0.0, 1.0]);
+        let completed = Measured { volume: visible, cut, heading }.completed(&whole).unwrap();
         assert!((completed.centre - whole.centre).norm() < 1e-9, "{completed:?}");
         assert!(completed.extent.iter().all(|e| (e - 0.05).abs() < 1e-9), "{completed:?}");
         let both = CutSides { left: true, right: true, bottom: false };
-        assert_eq!(Measured { volume: visible, cut: both }.completed(&whole), None);
-        let measured = Measured { volume: visible, cut: CutSides::default() };
+        assert_eq!(Measured { volume: visible, cut: both, heading }.completed(&whole), None);
+        let measured = Measured { volume: visible, cut: CutSides::default(), heading };
         let as_seen = measured.completed(&whole).unwrap();
         assert!((as_seen.centre - visible.centre).norm() < 1e-9, "{as_seen:?}");
     }
@@ -350,6 +396,22 @@ mod tests {
             check(640, 480, volume, 0.002);
             check(320, 240, volume, 0.004);
         }
+    }
+
+    /// From the right, an object's left side is its front one.
+    #[test]
+    fn a_camera_may_look_in_any_direction() {
+        let volume = Volume { centre: Point3::new(0.05, 0.1, 0.025), extent: [0.05; 3] };
+        for from in [[0.95, 0.0, 0.42], [-0.95, 0.0, 0.42], [0.0, 0.95, 0.42], [0.0, -0.4, 1.1]] {
+            check_from(&camera_at(from.into(), 640, 480), [640, 480], volume, 0.002);
+        }
+        let cut = CutSides { left: true, right: false, bottom: false };
+        let heading = Heading::of(&camera_at(Point3::new(0.95, 0.0, 0.42), 640, 480));
+        let visible =
+            Volume { centre: Point3::new(0.05, 0.115, 0.025), extent: [0.02, 0.02, 0.05] };
+        let visible = Volume { centre: visible.centre + Vector3::new(0.015, 0.0, 0.0), ..visible };
+        let completed = Measured { volume: visible, cut, heading }.completed(&volume).unwrap();
+        assert!((completed.centre - volume.centre).norm() < 1e-9, "{completed:?}");
     }
 
     #[test]
