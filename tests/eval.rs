@@ -171,7 +171,11 @@ impl Checkout {
 
     fn remove(&self, path: &str) {
         let path = self.path().join(path);
-        if path.is_dir() { fs::remove_dir_all(path).unwrap() } else { fs::remove_file(path).unwrap() }
+        if path.is_dir() {
+            fs::remove_dir_all(path).unwrap()
+        } else {
+            fs::remove_file(path).unwrap()
+        }
     }
 
     fn write_problem(&self, number: u32, stacks: Stacks) {

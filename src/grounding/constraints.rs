@@ -107,6 +107,24 @@ impl TryFrom<String> for Place {
 }
 
 impl Constraints {
+    /// Leaves out what speaks of predicates for which `keep` is false.
+    pub fn retain(&mut self, keep: &dyn Fn(&Name) -> bool) {
+        let Self { functional, inverse_functional, strict_order, exactly_one, .. } = self;
+        for names in [functional, inverse_functional, strict_order, exactly_one] {
+            names.retain(keep);
+        }
+        for names in [&mut self.irreflexive, &mut self.aligned] {
+            names.retain(keep);
+        }
+        self.exactly_one_of.retain(|group| group.arguments.iter().all(|p| keep(&p.predicate)));
+        self.support.retain(|support| keep(&support.predicate));
+        for support in &mut self.support {
+            support.stack_at = support.stack_at.take().filter(|name| keep(name));
+            support.agrees_with.retain(keep);
+        }
+        self.second_opinion.retain(|opinion| keep(&opinion.predicate));
+    }
+
     pub(super) fn check(&self, domain: &Domain, observed: &[&Name]) -> Result<(), PerceptionError> {
         let lists = [
             ("constraints.functional", &self.functional),

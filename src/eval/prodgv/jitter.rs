@@ -50,10 +50,11 @@ fn normal(generator: &mut ChaCha8Rng) -> f64 {
 mod tests {
     use super::*;
     use crate::eval::prodgv::data_set::object_box;
+    use crate::pddl::Name;
 
     fn boxes(n: usize) -> Vec<ObjectBox> {
         let pixel_box = PixelBox::from([100.0, 100.0, 200.0, 200.0]);
-        (0..n).map(|i| object_box(format!("o{i}").into(), "thing".into(), pixel_box)).collect()
+        (0..n).map(|i| object_box(Name::new(format!("o{i}")), "thing".into(), pixel_box)).collect()
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::EvalError;
 use crate::config::DomainFolder;
-use crate::grounding::{Constraints, Perception};
+use crate::grounding::Perception;
 use crate::pddl::{Domain, Name};
 
 /// What a domain's episodes are read with.
@@ -47,9 +47,5 @@ fn restrict(perception: &mut Perception, declares: &dyn Fn(&Name) -> bool) {
     perception.observed.retain(|spec| declares(&spec.predicate));
     perception.proprioceptive.retain(|spec| declares(&spec.predicate));
     perception.completed.retain(declares);
-    let Constraints { functional, inverse_functional, strict_order, exactly_one, irreflexive } =
-        &mut perception.constraints;
-    for names in [functional, inverse_functional, strict_order, exactly_one, irreflexive] {
-        names.retain(declares);
-    }
+    perception.constraints.retain(declares);
 }
