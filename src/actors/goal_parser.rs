@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{ActorError, Chaos, Fatal, Keep};
 use crate::detectors::label_of;
-use crate::goals::{GoalObject, GoalSource};
+use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
 use crate::grounding::Perception;
 use crate::messages::{GoalMessage, Scene};
 use crate::pddl::{Condition, Name};
@@ -24,7 +24,7 @@ pub struct Args {
     /// Both ends of the topics agree on this.
     pub vocabulary: Arc<Vocabulary>,
     /// Where the goal comes from.
-    pub source: Box<dyn GoalSource>,
+    pub source: Arc<dyn GoalSource>,
     /// Tells colours in names.
     pub perception: Perception,
     /// The answer; it outlives the actor, so that the goal is asked for once.
@@ -37,7 +37,7 @@ pub struct Args {
 /// every scene, so that nobody waits in vain.
 ///
 /// # Errors
-/// [`Fatal::BadInput`] when no scene can make the goal understood.
+/// [`Fatal`] when no scene can make the goal understood, or what reads it is missing or gives up.
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let goals: Outbox<TaskHeader, u8> = args.bus.outbox(&GOAL)?;
     let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
@@ -52,7 +52,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
         let scene = scenes.newest_of(read).await?;
         args.chaos.message("goal_parser");
-        if let Some(answer) = ask(&args, &scene)? {
+        if let Some(answer) = ask(&args, &scene).await? {
             args.keep.store(Some(answer.clone()));
             goal = Some(answer);
         } else {
@@ -65,7 +65,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
 }
 
 /// Asks the source; `None` when another look may help.
-fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, Fatal> {
+async fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, ActorError> {
     let objects: Vec<GoalObject> = scene
         .objects
         .iter()
@@ -76,13 +76,18 @@ fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, Fatal> {
             pixel_box: object.pixel_box,
         })
         .collect();
-    match args.source.read(&args.vocabulary.domain, &objects) {
+    // An answer before the scene has settled could mistake objects for missing ones.
+    let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
+    let read = if args.source.is_quick() {
+        args.source.read(&args.vocabulary.domain, &objects)
+    } else if settled {
+        read_apart(args, objects).await?
+    } else {
+        return Ok(None);
+    };
+    match read {
+        Ok(_) if !settled => Ok(None),
         Ok(parsed) => {
-            // An answer before the scene has settled could mistake objects for missing ones.
-            let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
-            if !settled {
-                return Ok(None);
-            }
             for note in &parsed.notes {
                 tracing::info!(note, "goal");
             }
@@ -92,8 +97,27 @@ fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, Fatal> {
             tracing::debug!(%error, "the goal waits for another look");
             Ok(None)
         }
-        Err(error) => Err(Fatal::BadInput { message: error.render() }),
+        Err(error) => Err(Fatal::from(error).into()),
     }
+}
+
+/// Reads on a thread of its own. When the actor is stopped meanwhile, the thread is left behind: it
+/// ends at its own deadline, or with the process, and nobody waits for it.
+async fn read_apart(
+    args: &Args,
+    objects: Vec<GoalObject>,
+) -> Result<Result<ParsedGoal, GoalError>, ActorError> {
+    let (sender, receiver) = tokio::sync::oneshot::channel();
+    let (source, vocabulary) = (Arc::clone(&args.source), Arc::clone(&args.vocabulary));
+    let work = move || {
+        if sender.send(source.read(&vocabulary.domain, &objects)).is_err() {
+            tracing::debug!("nobody waits for the goal any more");
+        }
+    };
+    let part = |reason: String| ActorError::Part { reason };
+    let thread = std::thread::Builder::new().name("goal".to_owned()).spawn(work);
+    thread.map_err(|e| part(e.to_string()))?;
+    receiver.await.map_err(|e| part(format!("reading the goal: {e}")))
 }
 
 fn colour_of(perception: &Perception, object: &crate::scene::SceneObject) -> Option<Name> {

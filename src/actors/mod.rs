@@ -14,6 +14,7 @@ pub mod snapshot;
 
 use thiserror::Error;
 
+use crate::goals::GoalError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
@@ -65,6 +66,12 @@ pub enum Fatal {
         /// What is wrong with it.
         message: String,
     },
+    /// A bound was met before the loop could start: exit code 4.
+    #[error("{message}")]
+    GaveUp {
+        /// Which bound, and what it came to.
+        message: String,
+    },
     /// An actor failed more often than `supervisor.restarts_max`: exit code 1.
     #[error("{actor} failed {failures} times (supervisor.restarts_max): {reason}")]
     Restarts {
@@ -75,4 +82,22 @@ pub enum Fatal {
         /// The last failure.
         reason: String,
     },
+}
+
+impl From<GoalError> for Fatal {
+    fn from(error: GoalError) -> Self {
+        match error {
+            GoalError::NoService { what, how } => Self::Missing { what, how },
+            GoalError::GaveUp { .. } => Self::GaveUp { message: error.render() },
+            GoalError::UnknownKind { .. }
+            | GoalError::NoLanguage {}
+            | GoalError::Language { .. }
+            | GoalError::Logical { .. }
+            | GoalError::Instruction { .. }
+            | GoalError::Options { .. }
+            | GoalError::Key { .. }
+            | GoalError::Image { .. }
+            | GoalError::NotYet { .. } => Self::BadInput { message: error.render() },
+        }
+    }
 }

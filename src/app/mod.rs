@@ -46,6 +46,7 @@ impl RunError {
             )
             | Self::Fatal(Fatal::Missing { .. }) => 5,
             Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
+            Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
         }
     }

@@ -9,11 +9,13 @@ use tokio::sync::watch;
 use crate::actors::{
     ActorError, ActorSpec, Chaos, Keep, Serve, goal_parser, planner, scene_parser, skill_executor,
 };
-use crate::config::{CameraKind, ConfigError, DomainFolder, RobotKind, RunConfig};
+use crate::config::{
+    CameraKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment, in_data,
+};
 use crate::detectors::Detector;
 use crate::eval::EpisodeEnd;
 use crate::executive::{ExecutiveConfig, Stop};
-use crate::goals::{self, GoalSettings};
+use crate::goals::{self, GoalSettings, GoalSource};
 use crate::grounding::Exemplar;
 use crate::messages::GoalMessage;
 use crate::planners::{PLANNERS, Replanner};
@@ -32,6 +34,8 @@ pub struct Prepared {
     pub folder: Arc<DomainFolder>,
     examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
     skills: SkillBook,
+    /// Made once: it may have looked at an image or hold a connection.
+    goal: Arc<dyn GoalSource>,
 }
 
 /// What the actors of one episode share besides the bus.
@@ -74,11 +78,11 @@ impl Prepared {
                 });
             }
         };
-        let prepared =
-            Self { config, folder: Arc::new(folder), examples: Arc::new(examples), skills };
+        let (folder, examples) = (Arc::new(folder), Arc::new(examples));
+        let goal = goal_source(&config, &folder, &examples, data)?.into();
+        let prepared = Self { config, folder, examples, skills, goal };
         // Whatever may fail fails here, before anything starts.
         prepared.grounder()?;
-        prepared.goal_source()?;
         prepared.planner()?;
         Ok(prepared)
     }
@@ -99,15 +103,6 @@ impl Prepared {
         self.folder.grounder(&self.config.perception.grounder, &self.examples)
     }
 
-    fn goal_source(&self) -> Result<Box<dyn goals::GoalSource>, ConfigError> {
-        let settings = GoalSettings {
-            origin: format!("{}: goal.text", self.config.origin.display()),
-            text: self.config.goal.text.clone(),
-            language: self.folder.language.clone(),
-        };
-        Ok(goals::build(&self.config.goal.kind, &settings)?)
-    }
-
     fn planner(&self) -> Result<Replanner, ConfigError> {
         let config = &self.config.planner;
         let build = crate::config::choose("planner.name", &config.name, PLANNERS)?;
@@ -123,7 +118,7 @@ impl Prepared {
     ) -> Result<Vec<ActorSpec>, ConfigError> {
         Ok(vec![
             self.scene_parser(bus, shared)?,
-            self.goal_parser(bus, shared)?,
+            self.goal_parser(bus, shared),
             self.planner_actor(bus, shared)?,
             self.skill_executor(bus, shared),
         ])
@@ -159,16 +154,16 @@ impl Prepared {
         Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
     }
 
-    fn goal_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+    fn goal_parser(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
         let args = Arc::new(goal_parser::Args {
             bus: bus.clone(),
             vocabulary: Arc::clone(&shared.vocabulary),
-            source: self.goal_source()?,
+            source: Arc::clone(&self.goal),
             perception: self.folder.perception.clone(),
             keep: shared.goal.clone(),
             chaos: shared.chaos.clone(),
         });
-        Ok(actor("goal_parser", move || goal_parser::serve(Arc::clone(&args))))
+        actor("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
     }
 
     fn planner_actor(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
@@ -259,6 +254,39 @@ impl Prepared {
         });
         Ok(Hardware { actors: vec![camera, robot], truth })
     }
+}
+
+/// Where the goal comes from.
+fn goal_source(
+    config: &RunConfig,
+    folder: &Arc<DomainFolder>,
+    examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
+    data: Option<&Path>,
+) -> Result<Box<dyn GoalSource>, ConfigError> {
+    let base = config.origin.parent().unwrap_or(Path::new(""));
+    let perception = &config.perception;
+    let eye = Eye {
+        folder: Arc::clone(folder),
+        examples: Arc::clone(examples),
+        detector: perception.detector.clone(),
+        options: (perception.options.clone(), base.to_owned()),
+        grounder: perception.grounder.clone(),
+    };
+    let text = &config.goal.text;
+    let settings = GoalSettings {
+        text: in_data("goal.text", text, data)?.to_string_lossy().into_owned(),
+        perception: Some(&folder.perception),
+        options: config.goal.options.as_ref(),
+        folder: base,
+        environment,
+        look: Some(eye.into_look()),
+        ..GoalSettings::new(
+            &format!("{}: goal.text", config.origin.display()),
+            text,
+            folder.language.clone(),
+        )
+    };
+    Ok(goals::build(&config.goal.kind, &settings)?)
 }
 
 fn actor<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> ActorSpec

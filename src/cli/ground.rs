@@ -1,16 +1,18 @@
 //! `groundloop ground`: one image to objects, facts, goal and plan, without a loop.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::goal::{read_options, seen_objects};
 use super::{Failure, exit, out};
-use crate::config::{ConfigError, DomainFolder, exemplar_from_files, read_image, read_text};
-use crate::detectors::{
-    GroundedImage, ImageView, Pipeline, ground_image, label_of, phrase_of_name,
+use crate::config::{
+    ConfigError, DomainFolder, Eye, environment, exemplar_from_files, read_image,
 };
-use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal};
+use crate::detectors::{GroundedImage, ImageView, Pipeline, ground_image, phrase_of_name};
+use crate::goals::{self, GoalSettings, ParsedGoal};
 use crate::grounding::Grip;
 use crate::pddl::Atom;
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
@@ -33,11 +35,20 @@ pub(super) struct Args {
     #[arg(long)]
     exemplar_state: PathBuf,
     /// The goal in words.
-    #[arg(long, conflicts_with = "goal")]
+    #[arg(long, conflicts_with_all = ["goal", "goal_image"])]
     instruction: Option<String>,
     /// The goal in PDDL.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "goal_image")]
     goal: Option<String>,
+    /// The goal as an image of the same camera.
+    #[arg(long, value_name = "FILE")]
+    goal_image: Option<PathBuf>,
+    /// What reads the instruction, if not "instruction".
+    #[arg(long, value_name = "KIND", requires = "instruction")]
+    goal_kind: Option<String>,
+    /// Options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
+    #[arg(long, value_name = "FILE")]
+    goal_options: Option<PathBuf>,
     /// Which detector finds the objects.
     #[arg(long, default_value = "colour")]
     detector: String,
@@ -54,7 +65,7 @@ pub(super) struct Args {
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    let folder = DomainFolder::read(&args.domain)?;
+    let folder = Arc::new(DomainFolder::read(&args.domain)?);
     let example = exemplar_from_files(
         &args.exemplar_image,
         &args.exemplar_boxes,
@@ -71,10 +82,9 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             picture.height(),
         )));
     }
-    let examples = [example];
-    let options = args.detector_options.as_deref().map(read_options).transpose()?;
-    let base = args.detector_options.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-    let mut detector = folder.detector(&args.detector, (options.as_ref(), base), &examples)?;
+    let examples = Arc::new(vec![example]);
+    let (options, base) = read_options(args.detector_options.as_deref())?;
+    let mut detector = folder.detector(&args.detector, (options.as_ref(), &base), &examples)?;
     let grounder = folder.grounder(&args.grounder, &examples)?;
     let pipeline = Pipeline {
         domain: &folder.domain,
@@ -86,7 +96,14 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         .map_err(Failure::bad_input)?;
     let grounded = ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)
         .map_err(ConfigError::from)?;
-    let mut goal = read_goal(args, &folder, &grounded)?;
+    let eye = Eye {
+        folder: Arc::clone(&folder),
+        examples: Arc::clone(&examples),
+        detector: args.detector.clone(),
+        options: (options, base),
+        grounder: args.grounder.clone(),
+    };
+    let mut goal = read_goal(args, &folder, eye, &grounded)?;
     let mut grounded = grounded;
     if let Some(goal) = goal.as_mut().filter(|goal| !goal.expected.is_empty()) {
         let phrases: Vec<String> = goal.expected.iter().map(|e| phrase_of_name(&e.name)).collect();
@@ -105,48 +122,29 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     })
 }
 
-/// The options of a detector, from a file of their own.
-fn read_options(path: &Path) -> Result<toml::Table, ConfigError> {
-    read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
-        path: path.display().to_string(),
-        message: e.to_string(),
-    })
-}
-
 fn read_goal(
     args: &Args,
     folder: &DomainFolder,
+    eye: Eye,
     grounded: &GroundedImage,
 ) -> Result<Option<ParsedGoal>, Failure> {
-    let (kind, text) = match (&args.instruction, &args.goal) {
-        (Some(text), _) => ("instruction", text),
-        (None, Some(text)) => ("logical", text),
-        (None, None) => return Ok(None),
+    let (origin, kind, text) = match (&args.instruction, &args.goal, &args.goal_image) {
+        (Some(text), _, _) => ("--instruction", "instruction", text.clone()),
+        (None, Some(text), _) => ("--goal", "logical", text.clone()),
+        (None, None, Some(path)) => ("--goal-image", "image", path.display().to_string()),
+        (None, None, None) => return Ok(None),
     };
+    let (options, base) = read_options(args.goal_options.as_deref())?;
     let settings = GoalSettings {
-        origin: format!("--{}", if kind == "logical" { "goal" } else { kind }),
-        text: text.clone(),
-        language: folder.language.clone(),
+        perception: Some(&folder.perception),
+        options: options.as_ref(),
+        folder: &base,
+        environment,
+        look: Some(eye.into_look()),
+        ..GoalSettings::new(origin, &text, folder.language.clone())
     };
-    let seen = grounded.boxes.iter().map(|b| GoalObject {
-        name: b.name.clone(),
-        type_name: b.type_name.clone(),
-        colour: folder
-            .perception
-            .type_spec(&b.type_name)
-            .and_then(|spec| label_of(spec, &b.name).cloned()),
-        pixel_box: Some(b.pixel_box),
-    });
-    let implied = folder.perception.implied.iter().map(|i| GoalObject {
-        name: i.name.clone(),
-        type_name: i.type_name.clone(),
-        colour: None,
-        pixel_box: None,
-    });
-    let objects: Vec<GoalObject> = seen.chain(implied).collect();
-    let source = goals::build(kind, &settings).map_err(|e| Failure::bad_input(e.render()))?;
-    let goal = source.read(&folder.domain, &objects);
-    goal.map(Some).map_err(|e| Failure::bad_input(e.render()))
+    let source = goals::build(args.goal_kind.as_deref().unwrap_or(kind), &settings)?;
+    Ok(Some(source.read(&folder.domain, &seen_objects(folder, grounded))?))
 }
 
 fn solve(

@@ -4,6 +4,7 @@ mod out;
 mod camera;
 mod eval;
 mod exemplar;
+mod goal;
 mod ground;
 mod narrate;
 mod plan;
@@ -54,6 +55,8 @@ enum Verb {
     Validate(validate::Args),
     /// Read the symbolic state off one image, and plan from it.
     Ground(ground::Args),
+    /// Show what a goal is read as.
+    Goal(goal::Args),
     /// Render and label the examples of a simulated camera.
     Exemplar(exemplar::Args),
     /// Measure on data sets.
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
         Verb::Plan(args) => plan::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),
+        Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(args) => exemplar::run(&args),
         Verb::Eval(args) => eval::run(&args),
     };
@@ -115,6 +119,12 @@ impl From<RunError> for Failure {
 impl From<crate::config::ConfigError> for Failure {
     fn from(error: crate::config::ConfigError) -> Self {
         RunError::from(error).into()
+    }
+}
+
+impl From<crate::goals::GoalError> for Failure {
+    fn from(error: crate::goals::GoalError) -> Self {
+        RunError::from(crate::actors::Fatal::from(error)).into()
     }
 }
 

@@ -86,14 +86,21 @@ impl ExemplarConfig {
 
     fn resolve(&self, text: &str, data: Option<&Path>) -> Result<PathBuf, ConfigError> {
         let number = self.number.map(|n| n.to_string()).unwrap_or_default();
-        let text = text.replace("{n}", &number);
-        let Some(rest) = text.strip_prefix("$data/") else { return Ok(PathBuf::from(text)) };
-        data.map(|data| data.join(rest)).ok_or_else(|| ConfigError::Value {
-            key: "perception.exemplar".to_owned(),
-            expected: "--data DIR, the folder that $data stands for".to_owned(),
-            got: "none".to_owned(),
-        })
+        in_data("perception.exemplar", &text.replace("{n}", &number), data)
     }
+}
+
+/// A path in which `$data` may stand for the folder given with `--data`; `key` is where it is written.
+///
+/// # Errors
+/// [`ConfigError::Value`] when it does and no folder is given.
+pub(crate) fn in_data(key: &str, text: &str, data: Option<&Path>) -> Result<PathBuf, ConfigError> {
+    let Some(rest) = text.strip_prefix("$data/") else { return Ok(PathBuf::from(text)) };
+    data.map(|data| data.join(rest)).ok_or_else(|| ConfigError::Value {
+        key: key.to_owned(),
+        expected: "--data DIR, the folder that $data stands for".to_owned(),
+        got: "none".to_owned(),
+    })
 }
 
 /// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and for
@@ -168,12 +175,12 @@ impl DomainFolder {
 
 /// Looks up an environment variable.
 #[expect(clippy::disallowed_methods, reason = "keys of services stand nowhere else")]
-fn environment(name: &str) -> Option<String> {
+pub(crate) fn environment(name: &str) -> Option<String> {
     std::env::var(name).ok()
 }
 
 /// An image as detectors look at it.
-fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
+pub(super) fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     ImageView::new(width, height, picture.as_raw())
         .map_err(|source| ConfigError::Image { path: path.to_owned(), source })

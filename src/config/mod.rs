@@ -5,13 +5,15 @@ mod load;
 mod run;
 mod domain_folder;
 mod exemplars;
+mod eye;
 #[cfg(test)]
 mod tests;
 
 pub use domain_folder::DomainFolder;
 pub use error::ConfigError;
-pub(crate) use exemplars::choose;
+pub(crate) use exemplars::{choose, environment, in_data};
 pub use exemplars::{exemplar_from_files, read_image};
+pub use eye::Eye;
 pub use load::{load_run, read_text};
 pub use run::{
     CameraConfig, CameraKind, ClockKind, ExemplarConfig, FaultConfig, GoalConfig, PanicConfig,

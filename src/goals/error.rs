@@ -42,6 +42,54 @@ pub enum GoalError {
         /// What was not understood, and where.
         reason: Box<Misunderstood>,
     },
+    /// The options of a source are wrong, or its service does not take them.
+    #[error("{origin}: {message}")]
+    Options {
+        /// Where the goal comes from.
+        origin: String,
+        /// What is wrong; names the key.
+        message: String,
+    },
+    /// The key of a service is missing or refused.
+    #[error("the environment variable {variable} {reason}")]
+    Key {
+        /// The variable.
+        variable: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A service is not there.
+    #[error("{what} is missing: {how}")]
+    NoService {
+        /// What.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+    /// A bound was met before there was a goal.
+    #[error("no goal from {what} ({bound}): {reason}")]
+    GaveUp {
+        /// What was asked.
+        what: String,
+        /// The key of the bound.
+        bound: String,
+        /// What it came to.
+        reason: String,
+    },
+    /// A goal image shows no goal.
+    #[error("goal image {path}: {reason}")]
+    Image {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// More must be seen first.
+    #[error("the goal cannot be told yet: {reason}")]
+    NotYet {
+        /// What is missing.
+        reason: String,
+    },
 }
 
 impl GoalError {
@@ -49,10 +97,16 @@ impl GoalError {
     pub fn may_resolve_later(&self) -> bool {
         match self {
             Self::Instruction { reason } => matches!(reason.reason, Reason::NotSeen { .. }),
+            Self::NotYet { .. } => true,
             Self::UnknownKind { .. }
             | Self::NoLanguage {}
             | Self::Language { .. }
-            | Self::Logical { .. } => false,
+            | Self::Logical { .. }
+            | Self::Options { .. }
+            | Self::Key { .. }
+            | Self::NoService { .. }
+            | Self::GaveUp { .. }
+            | Self::Image { .. } => false,
         }
     }
 
@@ -61,9 +115,15 @@ impl GoalError {
         match self {
             Self::Instruction { reason } => reason.render(),
             Self::Logical { source } => source.render(),
-            Self::UnknownKind { .. } | Self::NoLanguage {} | Self::Language { .. } => {
-                self.to_string()
-            }
+            Self::UnknownKind { .. }
+            | Self::NoLanguage {}
+            | Self::Language { .. }
+            | Self::Options { .. }
+            | Self::Key { .. }
+            | Self::NoService { .. }
+            | Self::GaveUp { .. }
+            | Self::Image { .. }
+            | Self::NotYet { .. } => self.to_string(),
         }
     }
 }

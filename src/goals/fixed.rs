@@ -12,8 +12,10 @@ struct Logical {
 /// Makes the goal source of kind "logical".
 ///
 /// # Errors
-/// None today; the text is checked when it is read against a domain.
-pub fn build(settings: &GoalSettings) -> Result<Box<dyn GoalSource>, GoalError> {
+/// [`GoalError::Options`] when there are options. The text is checked when it is read against a
+/// domain.
+pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
+    settings.no_options("logical")?;
     let source = SourceText { name: settings.origin.clone(), text: settings.text.clone() };
     Ok(Box::new(Logical { source }))
 }

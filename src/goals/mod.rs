@@ -4,17 +4,23 @@
 
 pub mod error;
 pub mod fixed;
+pub mod image;
 pub mod language;
+pub mod language_model;
 pub mod lexicon;
 pub mod repair;
 
 use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
 
 pub use error::{GoalError, Misunderstood, Reason};
 pub use language::Language;
 pub use repair::{Conflict, Repaired, repaired};
 
+use crate::detectors::GroundedImage;
 use crate::geometry::PixelBox;
+use crate::grounding::Perception;
 use crate::pddl::{Condition, Domain, Name, Typed};
 
 /// One object that a goal may speak of.
@@ -73,30 +79,85 @@ pub trait GoalSource: std::fmt::Debug + Send + Sync {
     /// The goal is malformed, contradicts itself or cannot be resolved over these objects;
     /// [`GoalError::may_resolve_later`] tells whether another look could help.
     fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError>;
+
+    /// Whether [`read`](Self::read) may be called for every scene. One that takes long is called away
+    /// from the loop, once the scene has settled.
+    fn is_quick(&self) -> bool {
+        true
+    }
 }
 
+/// Reads the state off an image file, as the camera's frames are read; the error names the file.
+pub type Look = Arc<dyn Fn(&Path) -> Result<GroundedImage, String> + Send + Sync>;
+
 /// What a goal source is made from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GoalSettings {
+#[derive(Clone)]
+#[expect(missing_debug_implementations, reason = "holds a closure")]
+pub struct GoalSettings<'a> {
     /// Where the text comes from, for messages ("run.toml: goal").
     pub origin: String,
     /// The goal as the user wrote it.
     pub text: String,
     /// The domain's `language.toml`, where there is one.
     pub language: Option<Language>,
+    /// The domain's `perception.toml`, where it is known.
+    pub perception: Option<&'a Perception>,
+    /// The source's own options, `[goal.options]` of the run file.
+    pub options: Option<&'a toml::Table>,
+    /// What relative paths in text and options start from.
+    pub folder: &'a Path,
+    /// Looks up environment variables: keys of services come from there only.
+    pub environment: fn(&str) -> Option<String>,
+    /// Reads images, where there is a detector with labelled examples.
+    pub look: Option<Look>,
+}
+
+impl GoalSettings<'_> {
+    /// Settings of a goal that needs nothing but words.
+    pub fn new(origin: &str, text: &str, language: Option<Language>) -> Self {
+        Self {
+            origin: origin.to_owned(),
+            text: text.to_owned(),
+            language,
+            perception: None,
+            options: None,
+            folder: Path::new(""),
+            environment: |_| None,
+            look: None,
+        }
+    }
+
+    fn bad_options(&self, message: String) -> GoalError {
+        GoalError::Options { origin: self.origin.clone(), message }
+    }
+
+    /// Refuses options of a kind that has none.
+    fn no_options(&self, kind: &str) -> Result<(), GoalError> {
+        match self.options.and_then(|options| options.keys().next()) {
+            None => Ok(()),
+            Some(key) => Err(self.bad_options(format!(
+                "goal.options.{key}: a goal of kind \"{kind}\" has no options"
+            ))),
+        }
+    }
 }
 
 /// Makes a goal source.
-pub type Build = fn(&GoalSettings) -> Result<Box<dyn GoalSource>, GoalError>;
+pub type Build = fn(&GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError>;
 
 /// Every goal source by the `kind` a run file gives, in alphabetical order.
-pub const GOALS: &[(&str, Build)] = &[("instruction", lexicon::build), ("logical", fixed::build)];
+pub const GOALS: &[(&str, Build)] = &[
+    ("image", image::build),
+    ("instruction", lexicon::build),
+    ("language_model", language_model::build),
+    ("logical", fixed::build),
+];
 
 /// Makes the goal source of that kind.
 ///
 /// # Errors
 /// [`GoalError::UnknownKind`] when no source has that name, or what the source itself reports.
-pub fn build(kind: &str, settings: &GoalSettings) -> Result<Box<dyn GoalSource>, GoalError> {
+pub fn build(kind: &str, settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
     match GOALS.iter().find(|(name, _)| *name == kind) {
         Some((_, build)) => build(settings),
         None => Err(GoalError::UnknownKind {
@@ -111,31 +172,34 @@ mod tests {
     use super::*;
     use crate::pddl::{SourceText, parse_domain};
 
-    fn settings(text: &str) -> GoalSettings {
-        let language = Language::from_toml("language.toml", "examples = []").unwrap();
-        GoalSettings {
-            origin: "run.toml".to_owned(),
-            text: text.to_owned(),
-            language: Some(language),
-        }
-    }
-
     #[test]
     fn the_table_is_alphabetical_and_every_source_refuses_nonsense() {
         assert!(GOALS.is_sorted_by_key(|(name, _)| *name));
         let domain = SourceText::new("d", "(define (domain d) (:predicates (p ?x)))");
         let domain = parse_domain(&domain).unwrap().value;
         for (name, _) in GOALS {
-            let source = build(name, &settings("(((")).unwrap();
-            let error = source.read(&domain, &[]).unwrap_err();
-            assert!(!error.render().is_empty(), "{name}");
+            let language = Language::from_toml("language.toml", "examples = []").unwrap();
+            let settings = GoalSettings::new("run.toml", "(((", Some(language));
+            let read = build(name, &settings).and_then(|source| source.read(&domain, &[]));
+            assert!(!read.unwrap_err().render().is_empty(), "{name}");
         }
     }
 
     #[test]
+    fn kinds_without_options_refuse_them() {
+        let options = "speed = 1".parse().unwrap();
+        let settings =
+            GoalSettings { options: Some(&options), ..GoalSettings::new("run.toml", "(p)", None) };
+        let error = build("logical", &settings).unwrap_err();
+        let wanted = "run.toml: goal.options.speed: a goal of kind \"logical\" has no options";
+        assert_eq!(error.to_string(), wanted);
+    }
+
+    #[test]
     fn an_unknown_kind_lists_the_known_ones() {
-        let error = build("wish", &settings("")).unwrap_err();
-        let wanted = "unknown goal kind \"wish\": expected one of instruction, logical";
+        let error = build("wish", &GoalSettings::new("run.toml", "", None)).unwrap_err();
+        let wanted = "unknown goal kind \"wish\": expected one of image, instruction, \
+                      language_model, logical";
         assert_eq!(error.to_string(), wanted);
     }
 }

@@ -43,8 +43,7 @@ impl std::fmt::Display for Conflict {
 /// stands below `or`, `not` or a quantifier asks for no single atom. `nevers` are the `[[never]]`
 /// pairs of `language.toml`, `completed` the predicates that `perception.toml` calls so.
 pub fn repaired(goal: &Condition, nevers: &[Never], completed: &[Name]) -> Repaired {
-    let mut atoms = Vec::new();
-    collect(goal, &mut atoms);
+    let atoms = ground_atoms(goal);
     let (mut dropped, mut contradictions) = (Vec::new(), Vec::new());
     for (idx, later) in atoms.iter().enumerate() {
         for earlier in &atoms[..idx] {
@@ -73,7 +72,13 @@ pub fn repaired(goal: &Condition, nevers: &[Never], completed: &[Name]) -> Repai
     Repaired { goal, dropped, contradictions }
 }
 
-/// The ground atoms that a goal asks for, in order.
+/// The ground atoms that a goal asks for directly, or in nested conjunctions, in order.
+pub(super) fn ground_atoms(goal: &Condition) -> Vec<Atom> {
+    let mut atoms = Vec::new();
+    collect(goal, &mut atoms);
+    atoms
+}
+
 fn collect(goal: &Condition, atoms: &mut Vec<Atom>) {
     match goal {
         Condition::Atom(literal) => atoms.extend(ground(literal)),

@@ -8,4 +8,5 @@ pub use device::{
 };
 pub use task::{
     Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
+    named_objects,
 };

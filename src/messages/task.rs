@@ -102,8 +102,7 @@ pub struct GoalMessage {
 impl GoalMessage {
     /// A goal with the objects that it names: the expected ones, and those among `seen`.
     pub fn new(goal: Condition, expected: Vec<Typed>, seen: &[Typed]) -> Self {
-        let mut names = BTreeSet::new();
-        collect_objects(&goal, &mut names);
+        let names = named_objects(&goal);
         let mut named: BTreeSet<Typed> = expected.into_iter().collect();
         named.extend(seen.iter().filter(|typed| names.contains(&typed.name)).cloned());
         Self { goal, named: named.into_iter().collect() }
@@ -111,6 +110,12 @@ impl GoalMessage {
 }
 
 /// The objects that a condition names.
+pub fn named_objects(condition: &Condition) -> BTreeSet<Name> {
+    let mut names = BTreeSet::new();
+    collect_objects(condition, &mut names);
+    names
+}
+
 fn collect_objects(condition: &Condition, names: &mut BTreeSet<Name>) {
     let mut add = |term: &Term| {
         if let Term::Object(name) = term {

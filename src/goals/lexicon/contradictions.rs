@@ -40,6 +40,18 @@ pub(super) fn check(atoms: &[GroundAtom], language: &Language) -> Result<(), Fau
     Ok(())
 }
 
+/// The first circle that atoms of predicates without circles form, as text.
+pub(in super::super) fn first_circle(atoms: &[Atom], acyclic: &[Name]) -> Option<String> {
+    let atoms: Vec<GroundAtom> =
+        atoms.iter().map(|atom| GroundAtom { atom: atom.clone(), span: 0..0 }).collect();
+    let mut later = atoms.iter().enumerate();
+    later.find_map(|(idx, later)| {
+        let is_acyclic = acyclic.contains(&later.atom.predicate);
+        let circle = is_acyclic.then(|| circle(&atoms[..=idx], later)).flatten()?;
+        Some(circle.iter().map(Name::as_str).collect::<Vec<_>>().join(" → "))
+    })
+}
+
 /// How many connected groups the atoms of a binary predicate form.
 pub(super) fn groups(atoms: &[GroundAtom], predicate: &Name) -> usize {
     let mut groups: Vec<BTreeSet<&Name>> = Vec::new();

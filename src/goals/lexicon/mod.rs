@@ -21,6 +21,7 @@ use super::{
     GoalError, GoalObject, GoalSettings, GoalSource, Language, Misunderstood, ParsedGoal, Reason,
 };
 use crate::pddl::Domain;
+pub(super) use contradictions::first_circle;
 use resolve::Resolver;
 use vocabulary::Vocabulary;
 
@@ -47,8 +48,10 @@ struct Instruction {
 /// Makes the goal source of kind "instruction".
 ///
 /// # Errors
-/// [`GoalError::NoLanguage`] when the domain has no `language.toml`.
-pub fn build(settings: &GoalSettings) -> Result<Box<dyn GoalSource>, GoalError> {
+/// [`GoalError::NoLanguage`] when the domain has no `language.toml`, [`GoalError::Options`] when there
+/// are options.
+pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
+    settings.no_options("instruction")?;
     let language = settings.language.clone().ok_or(GoalError::NoLanguage {})?;
     Ok(Box::new(Instruction { text: settings.text.clone(), language }))
 }

@@ -1,0 +1,172 @@
+//! `groundloop goal`: shows what a goal is read as, over objects that are listed or come from a
+//! problem.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::{Failure, out};
+use crate::config::{ConfigError, DomainFolder, environment, read_text};
+use crate::detectors::{GroundedImage, label_of};
+use crate::geometry::PixelBox;
+use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal, Referent};
+use crate::pddl::{Name, SourceText, parse_problem};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A domain folder.
+    #[arg(long)]
+    domain: PathBuf,
+    /// The goal: a sentence, or PDDL for the kind "logical".
+    #[arg(long)]
+    instruction: String,
+    /// Objects that are seen, separated by blanks: `name:type`, or `name:type@x1,y1,x2,y2` with a box
+    /// in pixels. May be given several times.
+    #[arg(long, value_name = "OBJECTS")]
+    objects: Vec<String>,
+    /// A PDDL problem whose objects are seen, too.
+    #[arg(long, value_name = "FILE")]
+    problem: Option<PathBuf>,
+    /// What reads the goal.
+    #[arg(long, default_value = "instruction")]
+    kind: String,
+    /// Options of what reads the goal: TOML, like `[goal.options]` of a run file.
+    #[arg(long, value_name = "FILE")]
+    options: Option<PathBuf>,
+    /// Writes one JSON object to standard output, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let folder = DomainFolder::read(&args.domain)?;
+    let mut objects = Vec::new();
+    for text in args.objects.iter().flat_map(|list| list.split_whitespace()) {
+        let (name, type_name, pixel_box) = object(text).ok_or_else(|| {
+            let forms = "name:type or name:type@x1,y1,x2,y2";
+            Failure::bad_input(format!("--objects: expected {forms}, got {text}"))
+        })?;
+        objects.push(seen_object(&folder, name, type_name, pixel_box));
+    }
+    if let Some(path) = &args.problem {
+        let source = SourceText { name: path.display().to_string(), text: read_text(path)? };
+        let problem = parse_problem(&source, &folder.domain)?.value;
+        let typed = problem.objects.into_iter().filter_map(|typed| {
+            let type_name = typed.types.first()?.clone();
+            Some(seen_object(&folder, typed.name, type_name, None))
+        });
+        objects.extend(typed);
+    }
+    let (options, base) = read_options(args.options.as_deref())?;
+    let settings = GoalSettings {
+        perception: Some(&folder.perception),
+        options: options.as_ref(),
+        folder: &base,
+        environment,
+        ..GoalSettings::new("--instruction", &args.instruction, folder.language.clone())
+    };
+    let goal = goals::build(&args.kind, &settings)?.read(&folder.domain, &objects)?;
+    report(args, &goal)?;
+    Ok(0)
+}
+
+/// The options of a part, from a file of their own, and what their relative paths start from.
+pub(super) fn read_options(
+    path: Option<&Path>,
+) -> Result<(Option<toml::Table>, PathBuf), Failure> {
+    let Some(path) = path else { return Ok((None, PathBuf::new())) };
+    let table: toml::Table =
+        read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })?;
+    Ok((Some(table), path.parent().unwrap_or(Path::new("")).to_owned()))
+}
+
+/// What an image shows, as a goal may speak of it.
+pub(super) fn seen_objects(folder: &DomainFolder, grounded: &GroundedImage) -> Vec<GoalObject> {
+    let seen = grounded
+        .boxes
+        .iter()
+        .map(|b| seen_object(folder, b.name.clone(), b.type_name.clone(), Some(b.pixel_box)));
+    let implied = folder.perception.implied.iter().map(|i| GoalObject {
+        name: i.name.clone(),
+        type_name: i.type_name.clone(),
+        colour: None,
+        pixel_box: None,
+    });
+    seen.chain(implied).collect()
+}
+
+fn seen_object(
+    folder: &DomainFolder,
+    name: Name,
+    type_name: Name,
+    pixel_box: Option<PixelBox>,
+) -> GoalObject {
+    let spec = folder.perception.type_spec(&type_name);
+    let colour = spec.and_then(|spec| label_of(spec, &name).cloned());
+    GoalObject { name, type_name, colour, pixel_box }
+}
+
+/// `name:type` or `name:type@x1,y1,x2,y2`.
+fn object(text: &str) -> Option<(Name, Name, Option<PixelBox>)> {
+    let (text, edges) = match text.split_once('@') {
+        Some((text, edges)) => (text, Some(edges)),
+        None => (text, None),
+    };
+    let (name, type_name) = text.split_once(':')?;
+    let is_name = |text: &str| !text.is_empty() && !text.contains(['(', ')', ';', '?']);
+    let pixel_box = match edges {
+        None => None,
+        Some(edges) => {
+            let numbers: Option<Vec<f64>> = edges
+                .split(',')
+                .map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite()))
+                .collect();
+            Some(PixelBox::from(<[f64; 4]>::try_from(numbers?).ok()?))
+        }
+    };
+    (is_name(name) && is_name(type_name)).then(|| (name.into(), type_name.into(), pixel_box))
+}
+
+fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
+    let ParsedGoal { goal, phrases, expected, notes } = parsed;
+    if args.json {
+        let phrases: Vec<Value> = phrases
+            .iter()
+            .map(|phrase| json!({"text": phrase.text, "means": means(&phrase.means)}))
+            .collect();
+        let expected: Vec<Value> = expected
+            .iter()
+            .map(|typed| json!({"name": typed.name, "type": typed.types.first()}))
+            .collect();
+        return out::json(&json!({
+            "goal": goal.to_string(),
+            "phrases": phrases,
+            "expected": expected,
+            "notes": notes,
+        }));
+    }
+    out::line(&format!("goal     {goal}"));
+    for phrase in phrases {
+        out::line(&format!("phrase   \"{}\": {}", phrase.text, means(&phrase.means)));
+    }
+    for typed in expected {
+        let types: Vec<&str> = typed.types.iter().map(Name::as_str).collect();
+        out::line(&format!("expected {} - {}", typed.name, types.join("/")));
+    }
+    notes.iter().for_each(|note| out::line(&format!("note     {note}")));
+    Ok(())
+}
+
+fn means(referent: &Referent) -> String {
+    match referent {
+        Referent::Object(name) => name.to_string(),
+        Referent::Several(names) => {
+            names.iter().map(Name::as_str).collect::<Vec<_>>().join(" and ")
+        }
+        Referent::Every(type_name) => format!("every {type_name}"),
+    }
+}

@@ -1,0 +1,130 @@
+//! Goals of kind "image": a photograph of the goal state.
+//!
+//! The same detector, grounder and rules that read the camera's frames read the photograph. The goal
+//! is that every fact of some predicates that is known to hold there holds: of the observed ones that
+//! an action can change, or of those that `goal.options.predicates` lists. What is not so in the
+//! photograph is not asked for, nor is what follows from the facts or never changes.
+//!
+//! Objects are named by the rules of `perception.toml` in both images, so equal names mean the same
+//! object. Where several objects of a kind look alike, the rule's order tells them ("the narrowest
+//! pink one"), and an order that actions change ("the leftmost red one") may exchange them.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
+use crate::detectors::GroundedImage;
+use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
+
+/// The options, as written.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    /// The photograph; without it, the goal's text is its path.
+    image: Option<PathBuf>,
+    /// The predicates that count.
+    predicates: Option<Vec<Name>>,
+}
+
+/// The goal source of kind "image".
+#[derive(Debug)]
+struct GoalImage {
+    path: String,
+    shown: GroundedImage,
+    predicates: Predicates,
+}
+
+/// Which predicates count.
+#[derive(Debug)]
+enum Predicates {
+    Chosen(Vec<Name>),
+    Observed(Vec<Name>),
+}
+
+/// Makes the goal source of kind "image": looks at the photograph.
+///
+/// # Errors
+/// [`GoalError::Options`] for options that are not as documented, [`GoalError::Image`] when the
+/// photograph cannot be read, or not in the way of the camera's frames.
+pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
+    let table = settings.options.cloned().unwrap_or_default();
+    let options: Options = table.try_into().map_err(|e: toml::de::Error| {
+        settings.bad_options(format!("goal.options: {}", e.to_string().trim_end()))
+    })?;
+    let path = options.image.unwrap_or_else(|| PathBuf::from(settings.text.trim()));
+    let path = settings.folder.join(path);
+    let fault = |reason: String| GoalError::Image { path: path.display().to_string(), reason };
+    let (Some(look), Some(perception)) = (&settings.look, settings.perception) else {
+        return Err(fault("there is no detector with labelled examples to read it".to_owned()));
+    };
+    let shown = look(&path).map_err(fault)?;
+    let predicates = match options.predicates {
+        Some(chosen) => Predicates::Chosen(chosen),
+        None => {
+            let observed = perception.observed.iter().map(|spec| spec.predicate.clone());
+            Predicates::Observed(observed.collect())
+        }
+    };
+    Ok(Box::new(GoalImage { path: path.display().to_string(), shown, predicates }))
+}
+
+impl GoalSource for GoalImage {
+    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+        let fault = |reason: String| GoalError::Image { path: self.path.clone(), reason };
+        let predicates: BTreeSet<Name> = match &self.predicates {
+            Predicates::Chosen(chosen) => {
+                if let Some(unknown) =
+                    chosen.iter().find(|p| domain.predicate(p.as_str()).is_none())
+                {
+                    let message = format!("the domain {} has no predicate", domain.name);
+                    return Err(fault(format!("goal.options.predicates: {message} \"{unknown}\"")));
+                }
+                chosen.iter().cloned().collect()
+            }
+            Predicates::Observed(observed) => {
+                let changed = changed_by_actions(domain);
+                observed.iter().filter(|name| changed.contains(*name)).cloned().collect()
+            }
+        };
+        let known = self.shown.facts.known.iter();
+        let atoms: Vec<&Atom> = known.filter(|atom| predicates.contains(&atom.predicate)).collect();
+        if atoms.is_empty() {
+            let list: Vec<&str> = predicates.iter().map(Name::as_str).collect();
+            return Err(fault(format!("it shows no fact of {}", list.join(", "))));
+        }
+        let named: BTreeSet<&Name> = atoms.iter().flat_map(|atom| &atom.args).collect();
+        let is_seen = |name: &Name| objects.iter().any(|object| object.name == *name);
+        let shown = self.shown.objects.iter();
+        let expected = shown.filter(|o| named.contains(&o.name) && !is_seen(&o.name)).cloned();
+        let expected = expected.collect();
+        let unknown = self.shown.facts.unknown.iter().filter(|a| predicates.contains(&a.predicate));
+        let notes = unknown.map(|atom| format!("{atom} cannot be told in the goal image"));
+        let notes = notes.collect();
+        let goal = Condition::And(atoms.into_iter().map(condition).collect());
+        Ok(ParsedGoal { goal, phrases: Vec::new(), expected, notes })
+    }
+}
+
+fn condition(atom: &Atom) -> Condition {
+    let args = atom.args.iter().cloned().map(Term::Object).collect();
+    Condition::Atom(Literal { predicate: atom.predicate.clone(), args })
+}
+
+/// The predicates that some action adds or deletes.
+fn changed_by_actions(domain: &Domain) -> BTreeSet<Name> {
+    let mut changed = BTreeSet::new();
+    let mut open: Vec<&Effect> = domain.actions.iter().map(|action| &action.effect).collect();
+    while let Some(effect) = open.pop() {
+        match effect {
+            Effect::And(parts) => open.extend(parts),
+            Effect::Add(literal) | Effect::Delete(literal) => {
+                changed.insert(literal.predicate.clone());
+            }
+            Effect::When(_, inner) | Effect::Forall(_, inner) => open.push(inner),
+            Effect::Cost(_) => {}
+        }
+    }
+    changed
+}

@@ -1,0 +1,381 @@
+//! Goals of kind "language_model": a server of the OpenAI kind reads the instruction.
+//!
+//! The model is told the domain, the objects and one worked example; where the server can, a grammar
+//! or a schema holds it to the form. Every answer is checked here as if there were no such thing, and
+//! what is wrong with it is told to the model, a bounded number of times. Valid is not right: a valid
+//! goal may still be another one than was meant.
+
+mod cache;
+mod config;
+mod dialect;
+mod gbnf;
+mod plausible;
+mod prompt;
+mod validate;
+
+use serde_json::Value;
+
+use self::cache::Cache;
+use self::config::{ExampleOption, Options};
+use self::dialect::{Answer, Question, Turn};
+use self::prompt::Example;
+use self::validate::{Judged, Rules};
+use super::{
+    GoalError, GoalObject, GoalSettings, GoalSource, Language, ParsedGoal, Phrase, Referent, fixed,
+    lexicon,
+};
+use crate::messages::named_objects;
+use crate::pddl::{Condition, Domain, Name, SourceText, Typed};
+use crate::web::{Client, Header, Request, WebError, shown_url};
+
+/// Most characters of an answer that are repeated to the model.
+const ANSWER_CHARS_MAX: usize = 2000;
+
+/// Most bytes of an instruction.
+const INSTRUCTION_BYTES_MAX: usize = lexicon::INSTRUCTION_BYTES_MAX;
+
+/// The goal source of kind "language_model".
+#[derive(Debug)]
+struct LanguageModel {
+    origin: String,
+    instruction: String,
+    language: Option<Language>,
+    completed: Vec<Name>,
+    options: Options,
+    url: String,
+    key: Option<Header>,
+    client: Client,
+    cache: Option<Cache>,
+}
+
+/// Makes the goal source of kind "language_model".
+///
+/// # Errors
+/// [`GoalError::Options`] for options that are not as documented, [`GoalError::Key`] when the
+/// environment holds no key and no answers are kept that could do without.
+pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
+    let table = settings.options.cloned().unwrap_or_default();
+    let options: Options = table.try_into().map_err(|e: toml::de::Error| {
+        settings.bad_options(format!("goal.options: {}", e.to_string().trim_end()))
+    })?;
+    for (key, value) in [("attempts_max", options.attempts_max), ("tokens_max", options.tokens_max)]
+    {
+        if value == 0 {
+            let message = format!("goal.options.{key}: expected at least 1, got 0");
+            return Err(settings.bad_options(message));
+        }
+    }
+    if settings.text.trim().is_empty() || settings.text.len() > INSTRUCTION_BYTES_MAX {
+        let n = settings.text.len();
+        let message =
+            format!("expected an instruction of 1 to {INSTRUCTION_BYTES_MAX} bytes, got {n}");
+        return Err(settings.bad_options(message));
+    }
+    let cache = options.cache.as_ref().map(|folder| Cache::new(settings.folder.join(folder)));
+    let key = match &options.key_env {
+        None => None,
+        Some(variable) => {
+            let key = (settings.environment)(variable).filter(|key| !key.trim().is_empty());
+            if key.is_none() && cache.is_none() {
+                return Err(no_key(variable));
+            }
+            key.map(|key| Header::secret("Authorization", &format!("Bearer {}", key.trim())))
+        }
+    };
+    let client = Client::new(&options.patience)
+        .map_err(|e| settings.bad_options(format!("goal.options: {e}")))?;
+    let base = options.url.trim_end_matches('/');
+    let is_whole = base.ends_with("/chat/completions");
+    let url = if is_whole { base.to_owned() } else { format!("{base}/chat/completions") };
+    Ok(Box::new(LanguageModel {
+        origin: settings.origin.clone(),
+        instruction: settings.text.clone(),
+        language: settings.language.clone(),
+        completed: settings.perception.map(|p| p.completed.clone()).unwrap_or_default(),
+        options,
+        url,
+        key,
+        client,
+        cache,
+    }))
+}
+
+fn no_key(variable: &str) -> GoalError {
+    let reason = "is empty or not set: put the key of goal.options.url there".to_owned();
+    GoalError::Key { variable: variable.to_owned(), reason }
+}
+
+impl GoalSource for LanguageModel {
+    fn is_quick(&self) -> bool {
+        false
+    }
+
+    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+        if let Some(language) = &self.language {
+            language.check(domain)?;
+            positions_can_be_told(language, domain, objects, &self.instruction)?;
+        }
+        let seen = from_left_to_right(objects);
+        let unseen = plausible::unseen(&self.instruction, domain, self.language.as_ref(), objects);
+        let all: Vec<Typed> =
+            seen.iter().chain(&domain.constants).chain(&unseen).cloned().collect();
+        let Some(grammar) = gbnf::grammar(domain, &all) else {
+            let reason = "no object is seen that a goal could speak of".to_owned();
+            return Err(GoalError::NotYet { reason });
+        };
+        let example = self.example(domain, objects)?;
+        let form = self.options.dialect.form();
+        let turns = prompt::turns(domain, form, example.as_ref(), &all, &self.instruction);
+        let rules = Rules {
+            domain,
+            language: self.language.as_ref(),
+            completed: &self.completed,
+            objects: &all,
+        };
+        let (goal, mut notes) = self.converse(turns, &grammar, &rules)?;
+        if example.is_none() {
+            notes.push("the model had no worked example (goal.options.example)".to_owned());
+        }
+        let named = named_objects(&goal);
+        let expected = unseen.into_iter().filter(|typed| named.contains(&typed.name)).collect();
+        let phrases = phrases(&self.instruction, &named);
+        Ok(ParsedGoal { goal, phrases, expected, notes })
+    }
+}
+
+impl LanguageModel {
+    /// Asks until an answer is valid or `attempts_max` is met.
+    fn converse(
+        &self,
+        mut turns: Vec<Turn>,
+        grammar: &str,
+        rules: &Rules<'_>,
+    ) -> Result<(Condition, Vec<String>), GoalError> {
+        let Options { model, dialect, temperature, attempts_max, tokens_max, .. } = &self.options;
+        let mut repaired = None;
+        let mut wrong = String::new();
+        for attempt in 1..=*attempts_max {
+            let question = Question {
+                model,
+                turns: &turns,
+                grammar,
+                temperature: *temperature,
+                tokens_max: *tokens_max,
+            };
+            let answer = self.ask(&dialect.body(&question))?;
+            wrong = match validate::judged(&answer, dialect.form(), rules) {
+                Ok(Judged::Good(goal)) => {
+                    return Ok((goal, vec![format!("read by {model}, answer {attempt}")]));
+                }
+                Ok(Judged::Repairable { goal, dropped, wrong }) => {
+                    repaired = Some((goal, dropped));
+                    wrong
+                }
+                Err(wrong) => wrong,
+            };
+            tracing::info!(attempt, answer = answer.text, wrong, "the model's goal is not valid");
+            let said = answer.text.chars().take(ANSWER_CHARS_MAX).collect();
+            turns.push(Turn { role: "assistant", content: said });
+            turns.push(prompt::correction(&wrong));
+        }
+        let Some((goal, dropped)) = repaired else {
+            return Err(GoalError::GaveUp {
+                what: format!("{model} at {}", shown_url(&self.url)),
+                bound: format!("goal.options.attempts_max = {attempts_max}"),
+                reason: format!("its last goal is not valid: {wrong}"),
+            });
+        };
+        let mut notes = vec![format!("read by {model}, which contradicted itself to the end")];
+        notes.extend(dropped.iter().map(|dropped| format!("dropped: {dropped}")));
+        Ok((goal, notes))
+    }
+
+    /// One answer: kept, or from the server.
+    fn ask(&self, body: &Value) -> Result<Answer, GoalError> {
+        if let Some(kept) = self.cache.as_ref().and_then(|cache| cache.get(body)) {
+            tracing::debug!("a kept answer");
+            return Ok(kept);
+        }
+        let mut request = Request::post(&self.url, body.clone());
+        match (&self.key, &self.options.key_env) {
+            (Some(key), _) => request = request.with(key.clone()),
+            (None, Some(variable)) => return Err(no_key(variable)),
+            (None, None) => {}
+        }
+        let reply = self.client.send(&request).map_err(|error| self.fault(&error))?;
+        if let Some(usage) = reply.body.get("usage") {
+            tracing::info!(%usage, "the model's tokens");
+        }
+        let answer = dialect::answer_of(&reply.body).ok_or_else(|| {
+            self.refused("expected choices[0].message.content in the reply, got none".to_owned())
+        })?;
+        if let Some(cache) = &self.cache {
+            cache.put(body, &answer);
+        }
+        Ok(answer)
+    }
+
+    fn fault(&self, error: &WebError) -> GoalError {
+        match (error, &self.options.key_env) {
+            (WebError::NoConnection { .. }, _) => GoalError::NoService {
+                what: format!("the language model at {}", shown_url(&self.url)),
+                how: format!("start its server or set goal.options.url ({error})"),
+            },
+            (error, Some(variable)) if error.is_unauthorised() => GoalError::Key {
+                variable: variable.clone(),
+                reason: format!("holds a key that is refused: {error}"),
+            },
+            (error, None) if error.is_unauthorised() => self.refused(format!(
+                "{error}; name the environment variable that holds it as goal.options.key_env"
+            )),
+            (error, _) if error.is_absent() => GoalError::GaveUp {
+                what: format!("{} at {}", self.options.model, shown_url(&self.url)),
+                bound: "goal.options.patience".to_owned(),
+                reason: error.to_string(),
+            },
+            (error, _) => self.refused(error.to_string()),
+        }
+    }
+
+    fn refused(&self, message: String) -> GoalError {
+        GoalError::Options { origin: self.origin.clone(), message }
+    }
+
+    /// The worked example: the configured one, else the first of `language.toml` that the offline
+    /// parser can read, before anything is seen if possible, so that all scenes share it.
+    fn example(
+        &self,
+        domain: &Domain,
+        objects: &[GoalObject],
+    ) -> Result<Option<Example>, GoalError> {
+        if let Some(option) = &self.options.example {
+            return self.configured(option, domain).map(Some);
+        }
+        let Some(language) = &self.language else { return Ok(None) };
+        let read = |objects: &[GoalObject]| {
+            language.examples.iter().find_map(|instruction| {
+                let parsed = lexicon::parse(instruction, domain, language, objects).ok()?;
+                let seen = from_left_to_right(objects);
+                Some(Example {
+                    instruction: instruction.clone(),
+                    objects: seen.into_iter().chain(parsed.expected).collect(),
+                    goal: parsed.goal,
+                })
+            })
+        };
+        Ok(read(&[]).filter(|example| !example.objects.is_empty()).or_else(|| read(objects)))
+    }
+
+    fn configured(&self, option: &ExampleOption, domain: &Domain) -> Result<Example, GoalError> {
+        let mut objects = Vec::new();
+        for text in &option.objects {
+            let (name, type_name) = text.split_once(':').ok_or_else(|| {
+                let key = "goal.options.example.objects";
+                self.refused(format!("{key}: expected \"name:type\", got \"{text}\""))
+            })?;
+            objects.push(GoalObject {
+                name: name.trim().into(),
+                type_name: type_name.trim().into(),
+                colour: None,
+                pixel_box: None,
+            });
+        }
+        let source = SourceText::new("goal.options.example.goal", option.goal.clone());
+        let parsed = fixed::parse(&source, domain, &objects)?;
+        let listed = objects.into_iter().map(|o| Typed::new(o.name, o.type_name));
+        let objects = listed.chain(parsed.expected).collect();
+        Ok(Example { instruction: option.instruction.clone(), objects, goal: parsed.goal })
+    }
+}
+
+/// Objects in order from left to right, those without a box last; equal places by name.
+fn from_left_to_right(objects: &[GoalObject]) -> Vec<Typed> {
+    let mut sorted: Vec<(f64, &GoalObject)> = objects
+        .iter()
+        .map(|object| {
+            (object.pixel_box.map_or(f64::INFINITY, |pixel_box| pixel_box.centre().0), object)
+        })
+        .collect();
+    sorted.sort_by(|(a, first), (b, second)| a.total_cmp(b).then(first.name.cmp(&second.name)));
+    sorted.into_iter().map(|(_, o)| Typed::new(o.name.clone(), o.type_name.clone())).collect()
+}
+
+/// Some nouns' positions are told over several objects only ("the rightmost peg" of three).
+fn positions_can_be_told(
+    language: &Language,
+    domain: &Domain,
+    objects: &[GoalObject],
+    instruction: &str,
+) -> Result<(), GoalError> {
+    for noun in &language.nouns {
+        let of_type = |o: &&GoalObject| domain.types.is_a(&o.type_name, &noun.type_name);
+        let seen = objects.iter().filter(of_type).count();
+        let said = instruction.to_lowercase();
+        let is_said = noun.one.iter().chain(&noun.many).any(|word| said.contains(word.as_str()));
+        if is_said && seen < noun.seen_min && noun.name.is_none() {
+            let (type_name, wanted) = (&noun.type_name, noun.seen_min);
+            let reason = format!("{seen} of {wanted} {type_name} objects seen");
+            return Err(GoalError::NotYet { reason });
+        }
+    }
+    Ok(())
+}
+
+/// Where the instruction says the names of the goal's objects.
+fn phrases(instruction: &str, named: &std::collections::BTreeSet<Name>) -> Vec<Phrase> {
+    let said = instruction.to_ascii_lowercase();
+    let found = named.iter().filter_map(|name| {
+        let words = name.as_str().replace('_', " ");
+        let start = said.find(&words)?;
+        let span = start..start + words.len();
+        let text = instruction.get(span.clone())?.to_owned();
+        Some(Phrase { text, span, means: Referent::Object(name.clone()) })
+    });
+    let mut found: Vec<Phrase> = found.collect();
+    found.sort_by_key(|phrase| phrase.span.start);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options(text: &str) -> Result<Box<dyn GoalSource>, GoalError> {
+        let table: toml::Table = text.parse().unwrap();
+        let environment = |name: &str| (name == "SET").then(|| "sesame".to_owned());
+        let settings = GoalSettings {
+            options: Some(&table),
+            environment,
+            ..GoalSettings::new("run.toml: goal.text", "red over blue", None)
+        };
+        build(&settings)
+    }
+
+    const GOOD: &str = "url = 'http://127.0.0.1:9/v1'\nmodel = 'm'\ndialect = 'llamacpp'\n";
+
+    #[test]
+    fn options_are_checked_before_anything_starts() {
+        for (more, wanted) in [
+            ("", ""),
+            ("key_env = 'SET'", ""),
+            ("key_env = 'UNSET'\ncache = 'answers'", ""),
+            ("key_env = 'UNSET'", "the environment variable UNSET is empty or not set"),
+            ("attempt_max = 2", "unknown field `attempt_max`"),
+            ("attempts_max = 0", "goal.options.attempts_max: expected at least 1, got 0"),
+            ("patience = { read = 1 }", "unknown field `read`"),
+        ] {
+            match options(&format!("{GOOD}{more}")) {
+                Ok(source) => {
+                    assert_eq!(wanted, "", "{more}");
+                    assert!(!format!("{source:?}").contains("sesame"));
+                }
+                Err(error) => {
+                    let said = error.render();
+                    assert!(!wanted.is_empty() && said.contains(wanted), "{more}: {said}");
+                }
+            }
+        }
+        let error = options("model = 'm'\nurl = ''\ndialect = 'gpt'").unwrap_err();
+        assert!(error.render().contains("`llamacpp`, `ollama`, `openai`, `vllm`"), "{error}");
+    }
+}
