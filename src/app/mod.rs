@@ -9,7 +9,6 @@ use thiserror::Error;
 
 use crate::actors::Fatal;
 use crate::config::ConfigError;
-use crate::detectors::DetectorError;
 use crate::transport::TransportError;
 
 pub use episode::{Episode, EpisodeOptions, run_episode};
@@ -41,10 +40,8 @@ impl RunError {
     /// The process's exit code for it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Config(
-                ConfigError::Missing { .. } | ConfigError::Detector(DetectorError::Missing { .. }),
-            )
-            | Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Config(ConfigError::Missing { .. }) | Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
             Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
             Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::appearance::{is_seam, stands_out};
 use super::bitmask::BitMask;
+use super::looks::used_colours;
 use super::naming::{label_of, name_detections};
 use super::outline::{SizeLimits, Sizes, find};
 use super::palette::{NONE, Palette, cell};
@@ -48,12 +49,9 @@ impl ColourDetector {
     /// # Errors
     /// [`DetectorError::TooManyColours`].
     pub fn new(perception: &Perception) -> Result<Self, DetectorError> {
-        let used = |name: &Name| perception.types.iter().any(|t| t.colours.contains(name));
-        let mut colours = perception.colours.clone();
-        colours.retain(|name, _| used(name));
         Ok(Self {
             perception: perception.clone(),
-            palette: Palette::new(&colours)?,
+            palette: Palette::new(&used_colours(perception))?,
             sizes: BTreeMap::new(),
             masks: Vec::new(),
         })

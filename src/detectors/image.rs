@@ -61,6 +61,11 @@ impl<'a> ImageView<'a> {
         self.height
     }
 
+    /// All bytes, row by row.
+    pub fn rgb(&self) -> &'a [u8] {
+        self.rgb
+    }
+
     /// The bytes of one row; empty below the image.
     pub fn row(&self, y: usize) -> &'a [u8] {
         let n = 3 * self.width;

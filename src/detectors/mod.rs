@@ -17,6 +17,8 @@ mod phrases;
 mod boxes;
 mod options;
 mod annotated;
+mod looks;
+mod http;
 mod volume;
 mod compose;
 
@@ -36,6 +38,7 @@ use thiserror::Error;
 
 use crate::grounding::{ObjectBox, Perception};
 use crate::pddl::Domain;
+use crate::web::WebError;
 
 /// Finds objects of the domain's types in an image.
 pub trait Detector: Send {
@@ -119,6 +122,17 @@ pub enum DetectorError {
         /// What is wrong with it: the field, what was expected and what stands there.
         message: String,
     },
+    /// A service does not answer, or refuses.
+    #[error(transparent)]
+    Service(#[from] WebError),
+    /// A service answers something else than its dialect says.
+    #[error("{url}: {message}")]
+    Reply {
+        /// The service, without secrets.
+        url: String,
+        /// What was expected and what came.
+        message: String,
+    },
     /// Something that the detector needs is missing: exit code 5.
     #[error("{what} is missing: {how}")]
     Missing {
@@ -130,6 +144,20 @@ pub enum DetectorError {
 }
 
 impl DetectorError {
+    /// Whether something outside is missing that may be there another time: exit code 5.
+    pub fn is_missing(&self) -> bool {
+        match self {
+            Self::Missing { .. } => true,
+            Self::Service(error) => error.is_absent(),
+            Self::TooManyColours { .. }
+            | Self::BoxOutside { .. }
+            | Self::Options { .. }
+            | Self::Option { .. }
+            | Self::File { .. }
+            | Self::Reply { .. } => false,
+        }
+    }
+
     fn option(option: &str, expected: impl Into<String>, got: impl Into<String>) -> Self {
         let (expected, got) = (expected.into(), got.into());
         Self::Option { option: option.to_owned(), expected, got }
@@ -156,4 +184,4 @@ pub type Build = fn(&DetectorSettings<'_>) -> Result<Box<dyn Detector>, Detector
 
 /// Every detector by its name in configuration files, in alphabetical order.
 pub const DETECTORS: &[(&str, Build)] =
-    &[("annotated", annotated::build), ("colour", colour::build)];
+    &[("annotated", annotated::build), ("colour", colour::build), ("http", http::build)];

@@ -57,7 +57,12 @@ pub fn unused_name(name: &Name, taken: &dyn Fn(&Name) -> bool) -> Name {
 }
 
 fn stem(spec: &TypeSpec, detection: &Detection) -> Name {
-    let template = &spec.naming.template;
+    let template = if detection.label == spec.name {
+        // The detector tells no colour: the type is name enough.
+        &spec.naming.template.replace("{colour}_", "").replace("_{colour}", "")
+    } else {
+        &spec.naming.template
+    };
     let filled = template.replace("{colour}", detection.label.as_str());
     Name::new(filled.replace("{type}", spec.name.as_str()))
 }

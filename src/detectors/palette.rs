@@ -83,11 +83,7 @@ impl Palette {
     /// are none, the box teaches only if its pixels have no other colour either.
     pub(super) fn learn(&mut self, name: &Name, image: &ImageView<'_>, pixel_box: &PixelBox) {
         let Some(class) = self.class(name) else { return };
-        let (w, h) = (pixel_box.width(), pixel_box.height());
-        let columns = (pixel_box.x1 + w / 4.0) as usize..(pixel_box.x2 - w / 4.0).ceil() as usize;
-        let rows = (pixel_box.y1 + h / 4.0) as usize..(pixel_box.y2 - h / 4.0).ceil() as usize;
-        let pixels: Vec<[u8; 3]> =
-            rows.flat_map(|y| columns.clone().filter_map(move |x| image.pixel(x, y))).collect();
+        let pixels: Vec<[u8; 3]> = middle(image, pixel_box).collect();
         let of_class = |wanted: u8| {
             let own = pixels.iter().filter(|rgb| self.classify_generally(**rgb) == wanted);
             own.copied().collect::<Vec<[u8; 3]>>()
@@ -112,6 +108,25 @@ impl Palette {
     /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
     pub(super) fn look_up(&self, rgb: [u8; 3]) -> Option<u8> {
         self.table.get(cell(rgb)).copied().filter(|c| *c != NONE)
+    }
+
+    /// The colour name, of those in `among`, that most pixels of the middle of a box have; `None`
+    /// when too few have any.
+    pub(super) fn name_of<'a>(
+        &self,
+        image: &ImageView<'_>,
+        pixel_box: &PixelBox,
+        among: &'a [Name],
+    ) -> Option<&'a Name> {
+        let mut counts = vec![0_usize; self.n_classes()];
+        for rgb in middle(image, pixel_box) {
+            counts[usize::from(self.look_up(rgb).unwrap_or(NONE))] += 1;
+        }
+        let n_pixels: usize = counts.iter().sum();
+        let count = |name: &Name| self.class(name).map_or(0, |class| counts[usize::from(class)]);
+        let best = among.iter().map(count).max()?;
+        let is_enough = best > 0 && best as f64 >= OWN_SHARE_MIN * n_pixels as f64;
+        among.iter().find(|name| count(name) == best).filter(|_| is_enough)
     }
 
     /// The look-up table, made when first asked for after a change.
@@ -160,6 +175,14 @@ impl Palette {
         // Grey of the same lightness competes like a shade: whatever is nearer to it is grey.
         if nearest < shade.saturation().min(DISTANCE_MAX) { best.1 } else { NONE }
     }
+}
+
+/// The pixels of the central half of a box, which leaves out the background at its edges.
+fn middle<'a>(image: &ImageView<'a>, b: &PixelBox) -> impl Iterator<Item = [u8; 3]> + use<'a> {
+    let (w, h, image) = (b.width(), b.height(), *image);
+    let columns = (b.x1 + w / 4.0) as usize..(b.x2 - w / 4.0).ceil() as usize;
+    let rows = (b.y1 + h / 4.0) as usize..(b.y2 - h / 4.0).ceil() as usize;
+    rows.flat_map(move |y| columns.clone().filter_map(move |x| image.pixel(x, y)))
 }
 
 /// The index of a pixel in the table.
