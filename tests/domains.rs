@@ -75,8 +75,8 @@ fn every_example_sentence_is_understood() {
         let language = folder.language.clone().unwrap();
         assert!(!language.examples.is_empty());
         for text in &language.examples {
-            let (origin, text) = (in_project(&folder.path), text.clone());
-            let settings = GoalSettings { origin, text, language: Some(language.clone()) };
+            let origin = in_project(&folder.path);
+            let settings = GoalSettings::new(&origin, text, Some(language.clone()));
             let source = groundloop::goals::build("instruction", &settings).unwrap();
             let read = |objects: &Vec<GoalObject>| source.read(&folder.domain, objects).err();
             let errors: Vec<_> = scenes.iter().filter_map(read).map(|e| e.render()).collect();

@@ -72,15 +72,11 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// The options of a part, from a file of their own, and what their relative paths start from.
-pub(super) fn read_options(
-    path: Option<&Path>,
-) -> Result<(Option<toml::Table>, PathBuf), Failure> {
+pub(super) fn read_options(path: Option<&Path>) -> Result<(Option<toml::Table>, PathBuf), Failure> {
     let Some(path) = path else { return Ok((None, PathBuf::new())) };
-    let table: toml::Table =
-        read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
-            path: path.display().to_string(),
-            message: e.to_string(),
-        })?;
+    let table: toml::Table = read_text(path)?.parse().map_err(|e: toml::de::Error| {
+        ConfigError::Toml { path: path.display().to_string(), message: e.to_string() }
+    })?;
     Ok((Some(table), path.parent().unwrap_or(Path::new("")).to_owned()))
 }
 

@@ -38,7 +38,8 @@ pub(super) struct Args {
     /// Which planner plans.
     #[arg(long, default_value = "embedded")]
     planner: String,
-    /// A TOML file with the options of the detector: `[perception.options]`.
+    /// A TOML file with the options of the detector, `[perception.options]`, and of the goal
+    /// source, `[goal.options]`.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
     /// Only this domain; may be given several times.
@@ -79,6 +80,8 @@ const SEEDS_MAX: u64 = 10_000;
 struct Options {
     #[serde(default)]
     perception: PartOptions,
+    #[serde(default)]
+    goal: PartOptions,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -103,6 +106,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         planner: &*planner,
         repair_goals,
         detector_options: (options.perception.options.as_ref(), options_folder),
+        goal_options: (options.goal.options.as_ref(), options_folder),
         jitter,
     };
     let data = data_set::read(&args.data, &args.domain)?;

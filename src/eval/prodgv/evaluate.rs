@@ -12,7 +12,7 @@ use super::pairs::{is_evaluated, ordered_pairs};
 use super::recorded::Pair;
 use super::score::{Counts, score};
 use super::{DomainData, EvalError, Labelled, Vocabulary};
-use crate::config::{ConfigError, choose};
+use crate::config::{ConfigError, choose, environment};
 use crate::detectors::{Detector, ImageView, name_detections};
 use crate::geometry::PixelBox;
 use crate::goals::{self, GoalSettings};
@@ -56,6 +56,8 @@ pub struct Setup<'a> {
     pub repair_goals: bool,
     /// Options of the detector, and the folder that their relative paths start from.
     pub detector_options: (Option<&'a toml::Table>, &'a Path),
+    /// Likewise for the goal source.
+    pub goal_options: (Option<&'a toml::Table>, &'a Path),
     /// Noise to be measured with, in addition.
     pub jitter: Option<Jitter>,
 }
@@ -142,10 +144,15 @@ impl Step<'_> {
                     missing("instruction");
                     return Ok(());
                 };
+                let folder = &self.vocabulary.folder;
+                let origin = format!("problem {}: instruction", self.test.number);
+                let (options, base) = self.setup.goal_options;
                 let settings = GoalSettings {
-                    origin: format!("problem {}: instruction", self.test.number),
-                    text: instruction.trim().to_owned(),
-                    language: self.vocabulary.folder.language.clone(),
+                    perception: Some(&folder.perception),
+                    options,
+                    folder: base,
+                    environment,
+                    ..GoalSettings::new(&origin, instruction.trim(), folder.language.clone())
                 };
                 Some(goals::build(kind, &settings).map_err(ConfigError::from)?)
             }
