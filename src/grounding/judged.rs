@@ -1,5 +1,7 @@
 //! What a grounder says of one image.
 
+use std::fmt;
+
 use crate::pddl::{Atom, Name};
 use crate::scene::Truth;
 
@@ -53,10 +55,17 @@ pub struct Evidence {
 /// fixture. What depends on it is unknown.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Doubt {
-    /// The objects in question.
+    /// The objects in question, at least one.
     pub objects: Vec<Name>,
-    /// What is wrong, for people.
+    /// What is wrong, for people; the objects complete it: "a gap between" a and b.
     pub reason: String,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let objects: Vec<&str> = self.objects.iter().map(Name::as_str).collect();
+        write!(f, "{} {}", self.reason, objects.join(" and "))
+    }
 }
 
 impl Judged {

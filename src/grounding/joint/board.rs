@@ -109,13 +109,22 @@ impl Board {
         objects
     }
 
+    /// The numbers of named objects, in order.
+    pub(super) fn numbers<'a>(&self, names: impl Iterator<Item = &'a Name>) -> Vec<usize> {
+        let mut numbers: Vec<usize> =
+            names.filter_map(|name| self.names.binary_search(name).ok()).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        numbers
+    }
+
     pub(super) fn decide(&mut self, place: usize, truth: Truth) {
         self.judged[place].truth = truth;
     }
 
-    pub(super) fn doubt(&mut self, objects: &[usize], reason: String) {
+    pub(super) fn doubt(&mut self, reason: impl Into<String>, objects: &[usize]) {
         let objects = objects.iter().map(|&object| self.names[object].clone()).collect();
-        self.doubts.push(Doubt { objects, reason });
+        self.doubts.push(Doubt { objects, reason: reason.into() });
     }
 
     /// The decided scene. A judgement that differs from what its own feature says rests on a

@@ -60,14 +60,11 @@ pub(super) fn decide(
     for (idx, row) in rows.rows.iter().enumerate() {
         settle(board, row, chosen[idx], &rows.places[idx], &taken);
         if let (Some(object), None) = (rows.due[idx], chosen[idx]) {
-            let mut names: Vec<&str> = Vec::new();
-            for &place in &rows.places[idx] {
-                names.push(board.judged[place].atom.predicate.as_str());
-            }
+            let atoms = rows.places[idx].iter().map(|&place| &board.judged[place].atom);
+            let mut names: Vec<String> = atoms.map(|atom| atom.predicate.to_string()).collect();
             names.dedup();
-            let reason = format!("no {} of {}", names.join(" or "), board.names[object]);
             rows.places[idx].iter().for_each(|&place| board.decide(place, Truth::Unknown));
-            board.doubt(&[object], reason);
+            board.doubt(format!("no {} of", names.join(" or ")), &[object]);
         }
     }
 }

@@ -22,7 +22,7 @@ mod order;
 mod tests;
 
 use super::candidates::slots;
-use super::constraints::{Constraints, ExactlyOneOf};
+use super::constraints::{Constraints, ExactlyOneOf, Place, SecondOpinion, Support};
 use super::{
     Exemplar, Exemplars, Grounder, Grounding, ObjectBox, ObservedSpec, Perception, PerceptionError,
     S2s,
@@ -42,6 +42,9 @@ struct Joint {
     /// The observed predicates that only numbers constrain.
     numbered: Vec<Name>,
     due: Due,
+    types: Types,
+    /// For each `support`: the types of the objects that may rest on each other.
+    parts: Vec<Vec<Name>>,
     /// For each `support`: what the examples show in the image.
     flat: Vec<Option<Lesson>>,
     /// The same in the world, where the examples have volumes.
@@ -73,13 +76,15 @@ impl Joint {
                 None => Ok(Vec::new()),
             }
         };
-        let lessons = |deep: bool| {
-            let lesson = |support: &super::constraints::Support| {
-                let types = candidates(&support.predicate)?.concat();
-                let is_part = |object: &ObjectBox| is_of(&domain.types, object, &types);
-                Ok(Lesson::learn(&support.predicate, exemplars, deep, is_part))
+        let supports = constraints.support.iter();
+        let parts = supports.clone().map(|s| candidates(&s.predicate).map(|slots| slots.concat()));
+        let parts: Vec<Vec<Name>> = parts.collect::<Result<_, _>>()?;
+        let lessons = |deep: bool| -> Vec<Option<Lesson>> {
+            let lesson = |(support, types): (&Support, &Vec<Name>)| {
+                let is_part = |object: &ObjectBox| is_of(&domain.types, object, types);
+                Lesson::learn(&support.predicate, exemplars, deep, is_part)
             };
-            constraints.support.iter().map(lesson).collect::<Result<Vec<_>, PerceptionError>>()
+            supports.clone().zip(&parts).map(lesson).collect()
         };
         let seen = Seen { types: &domain.types, exemplars, candidates: &candidates, s2s: &s2s };
         let is_numbered = |name: &&Name| {
@@ -90,8 +95,10 @@ impl Joint {
             opinions: opinions(domain, perception, exemplars)?,
             numbered: perception.observed_predicates().filter(is_numbered).cloned().collect(),
             due: seen.due(&constraints)?,
-            flat: lessons(false)?,
-            deep: exemplars.have_volumes().then(|| lessons(true)).transpose()?,
+            flat: lessons(false),
+            deep: exemplars.have_volumes().then(|| lessons(true)),
+            types: domain.types.clone(),
+            parts,
             total: seen.total(&constraints)?,
             s2s,
             constraints,
@@ -110,9 +117,12 @@ impl Grounder for Joint {
         }
         let numbered: Vec<&Name> = self.numbered.iter().filter(|p| board.judges(p)).collect();
         fixtures::decide(&mut board, &numbered, &self.constraints, &self.due);
-        for (support, lesson) in self.constraints.support.iter().zip(lessons) {
-            if let Some(lesson) = *lesson {
-                support::decide(&mut board, support, &self.constraints, lesson);
+        for (n, support) in self.constraints.support.iter().enumerate() {
+            if let Some(lesson) = lessons[n] {
+                let in_sight = objects.iter().filter(|o| !deep || o.volume.is_some());
+                let parts = in_sight.filter(|o| is_of(&self.types, o, &self.parts[n]));
+                let parts = board.numbers(parts.map(|object| &object.name));
+                support::decide(&mut board, parts, (support, lesson), &self.constraints);
             }
         }
         for order in self.constraints.strict_order.iter().filter(|o| self.s2s_judges(o)) {
@@ -137,7 +147,7 @@ fn opinions(
     perception: &Perception,
     exemplars: &Exemplars,
 ) -> Result<Option<S2s>, PerceptionError> {
-    let spec = |opinion: &super::constraints::SecondOpinion| {
+    let spec = |opinion: &SecondOpinion| {
         let own = perception.observed.iter().find(|spec| spec.predicate == opinion.predicate);
         ObservedSpec {
             predicate: opinion.predicate.clone(),
@@ -165,7 +175,7 @@ impl Seen<'_> {
     fn due(&self, constraints: &Constraints) -> Result<Due, PerceptionError> {
         let mut due = Due::default();
         for predicate in &constraints.exactly_one {
-            let place = super::constraints::Place { predicate: predicate.clone(), argument: 0 };
+            let place = Place { predicate: predicate.clone(), argument: 0 };
             if self.has_exactly_one(&ExactlyOneOf { arguments: vec![place] })? {
                 due.predicates.push(predicate.clone());
             }

@@ -77,14 +77,14 @@ struct Pair {
     weight: f64,
 }
 
-/// Decides a support predicate.
+/// Decides a support predicate between `parts`, the objects that it may hold of.
 pub(super) fn decide(
     board: &mut Board,
-    support: &Support,
+    parts: Vec<usize>,
+    (support, lesson): (&Support, Lesson),
     constraints: &Constraints,
-    lesson: Lesson,
 ) {
-    let stage = Stage::new(board, support, lesson);
+    let stage = Stage::new(board, parts, support, lesson);
     let pairs = stage.pairs(board);
     for &(_, place) in &board.tuples(&support.predicate).to_vec() {
         board.decide(place, Truth::False);
@@ -95,8 +95,7 @@ pub(super) fn decide(
 }
 
 impl<'a> Stage<'a> {
-    fn new(board: &Board, support: &'a Support, lesson: Lesson) -> Self {
-        let mut parts = board.objects_of(&support.predicate);
+    fn new(board: &Board, mut parts: Vec<usize>, support: &'a Support, lesson: Lesson) -> Self {
         parts.sort_by(|&a, &b| {
             board.extents[b].level().total_cmp(&board.extents[a].level()).then(a.cmp(&b))
         });
@@ -191,9 +190,7 @@ impl<'a> Stage<'a> {
             let free = below[pair.upper].is_none() && !below.contains(&Some(pair.lower));
             if self.next.get(&pair.upper) == Some(&pair.lower) && free {
                 board.decide(pair.place, Truth::Unknown);
-                let [upper, lower] = [pair.upper, pair.lower].map(|part| board.names[part].clone());
-                let reason = format!("a gap between {upper} and {lower}");
-                board.doubt(&[pair.upper, pair.lower], reason);
+                board.doubt("a gap between", &[pair.upper, pair.lower]);
             } else if free && pair.weight > -BAND {
                 board.decide(pair.place, Truth::Unknown);
             }
@@ -221,8 +218,7 @@ impl<'a> Stage<'a> {
             {
                 board.decide(place, Truth::Unknown);
             }
-            let reason = format!("nothing under {}", board.names[part]);
-            board.doubt(&[part], reason);
+            board.doubt("nothing under", &[part]);
         }
     }
 }
