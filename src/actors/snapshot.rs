@@ -11,7 +11,7 @@ use crate::detectors::label_of;
 use crate::grounding::Perception;
 use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
 use crate::pddl::{Bindings, Condition, Universe, evaluate};
-use crate::picture::{EdgeMark, GoalMark, ObjectMark, PictureInput, draw, view_around};
+use crate::picture::{EdgeKind, EdgeMark, GoalMark, ObjectMark, PictureInput, draw, view_around};
 use crate::scene::Facts;
 use crate::transport::convert::{
     Vocabulary, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
@@ -116,6 +116,7 @@ fn write(
         goal: &goals,
         plan: &steps,
         step_idx: Some(0),
+        remarks: &[],
         objects: &objects,
         edges: &edges,
     };
@@ -148,7 +149,7 @@ fn edges(args: &Args, facts: &Facts) -> Vec<EdgeMark> {
     let edges = binary.filter_map(|atom| {
         let [from, to] = atom.args.as_slice() else { return None };
         let (predicate, from, to) = (atom.predicate.clone(), from.clone(), to.clone());
-        Some(EdgeMark { predicate, from, to })
+        Some(EdgeMark { predicate, from, to, kind: EdgeKind::Seen })
     });
     edges.collect()
 }

@@ -3,7 +3,7 @@
 use super::canvas::{Area, Canvas, Point};
 use super::labels::Label;
 use super::text::{Face, Fonts, Style};
-use super::{EdgeMark, Item, palette};
+use super::{EdgeKind, EdgeMark, Item, palette};
 
 /// Points per curve.
 const SAMPLES: usize = 24;
@@ -17,10 +17,22 @@ const HEAD: f32 = 15.0;
 pub(super) struct Curve {
     /// The predicate; of several curves that end at one object only the first is labelled.
     pub(super) label: Option<String>,
-    /// Which colour: the predicate's place in the order of first appearance.
+    /// Which colour a recognised edge has: its predicate's place in the order of first appearance.
     pub(super) predicate_idx: usize,
+    /// What the edge stands for.
+    pub(super) kind: EdgeKind,
     /// From the start to the tip.
     pub(super) points: Vec<Point>,
+}
+
+impl Curve {
+    fn colour(&self) -> [u8; 3] {
+        match self.kind {
+            EdgeKind::Seen => palette::edge(self.predicate_idx),
+            EdgeKind::Wrong => palette::WRONG,
+            EdgeKind::Missing => palette::MISSING,
+        }
+    }
 }
 
 /// The predicates of the edges in order of first appearance.
@@ -39,7 +51,7 @@ pub(super) fn predicates(edges: &[EdgeMark]) -> Vec<&str> {
 pub(super) fn layout(items: &[Item<'_>], edges: &[EdgeMark]) -> Vec<Curve> {
     let predicates = predicates(edges);
     let mut curves = Vec::new();
-    let mut ends: Vec<(usize, &str)> = Vec::new();
+    let mut ends: Vec<(usize, &str, EdgeKind)> = Vec::new();
     for edge in edges {
         let find = |name: &crate::pddl::Name| items.iter().find(|item| item.mark.name == *name);
         let (Some(from), Some(to)) = (find(&edge.from), find(&edge.to)) else { continue };
@@ -49,15 +61,17 @@ pub(super) fn layout(items: &[Item<'_>], edges: &[EdgeMark]) -> Vec<Curve> {
         if from.mark.name == to.mark.name {
             continue;
         }
-        let rank = ends.iter().filter(|end| **end == (predicate_idx, edge.to.as_str())).count();
-        ends.push((predicate_idx, edge.to.as_str()));
+        let to_name = edge.to.as_str();
+        let rank = ends.iter().filter(|end| (end.0, end.1) == (predicate_idx, to_name)).count();
+        let is_first = !ends.contains(&(predicate_idx, to_name, edge.kind));
+        ends.push((predicate_idx, to_name, edge.kind));
         let side = if predicate_idx % 2 == 0 { 1.0 } else { -1.0 };
         // A second relation starts off the middle, where the first one has its dot.
         let (x, y) = anchor(&from.area);
         let aside = if predicate_idx == 0 { 0.0 } else { -0.22 * side * from.area.width() };
         let points = bow((x + aside, y), anchor(&to.area), side, rank);
-        let label = (rank == 0).then(|| edge.predicate.as_str().to_owned());
-        curves.push(Curve { label, predicate_idx, points });
+        let label = is_first.then(|| edge.predicate.as_str().to_owned());
+        curves.push(Curve { label, predicate_idx, kind: edge.kind, points });
     }
     curves
 }
@@ -95,12 +109,15 @@ fn bow(from: Point, to: Point, side: f32, rank: usize) -> Vec<Point> {
 
 /// Draws all curves, then their labels where there is room.
 pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], labels: &[Label], fonts: &Fonts) {
-    for curve in curves {
-        draw_curve(canvas, curve);
+    // What is missing lies below what was recognised, what is wrong above.
+    for kind in [EdgeKind::Missing, EdgeKind::Seen, EdgeKind::Wrong] {
+        for curve in curves.iter().filter(|curve| curve.kind == kind) {
+            draw_curve(canvas, curve);
+        }
     }
     for curve in curves {
         if let Some(&start) = curve.points.first() {
-            canvas.disc(start, DOT, palette::edge(curve.predicate_idx), 1.0);
+            canvas.disc(start, DOT, curve.colour(), 1.0);
         }
     }
     let mut taken: Vec<Area> = labels.iter().map(|label| label.area).collect();
@@ -108,7 +125,7 @@ pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], labels: &[Label], font
         let Some(label) = &curve.label else { continue };
         if let Some(area) = place_label(label, curve, curves, &taken, fonts) {
             canvas.fill(&area, 7.0, palette::SHADE, 0.78);
-            let style = Style { colour: palette::edge(curve.predicate_idx), ..LABEL };
+            let style = Style { colour: curve.colour(), ..LABEL };
             fonts.draw(canvas, label, (area.x1 + 6.0, area.y1 + 1.0), style);
             taken.push(area);
         }
@@ -116,7 +133,7 @@ pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], labels: &[Label], font
 }
 
 fn draw_curve(canvas: &mut Canvas, curve: &Curve) {
-    let colour = palette::edge(curve.predicate_idx);
+    let colour = curve.colour();
     let (Some(&start), Some(&tip)) = (curve.points.first(), curve.points.last()) else { return };
     let reach = (start.0 - tip.0).hypot(start.1 - tip.1);
     let head = HEAD.min(0.45 * reach);
@@ -129,11 +146,45 @@ fn draw_curve(canvas: &mut Canvas, curve: &Curve) {
     let line: Vec<Point> = curve.points.iter().filter(inside).copied().collect();
     let ahead = (tip.0 + direction.0 * 2.5, tip.1 + direction.1 * 2.5);
 
-    canvas.stroke(&line, 7.0, palette::SHADE, 0.55);
+    let pieces = match curve.kind {
+        EdgeKind::Seen | EdgeKind::Wrong => vec![line],
+        EdgeKind::Missing => dashes(&line),
+    };
+    for piece in &pieces {
+        canvas.stroke(piece, 7.0, palette::SHADE, 0.55);
+    }
     canvas.disc(start, DOT + 2.0, palette::SHADE, 0.55);
     canvas.arrow_head(ahead, direction, head + 5.5, palette::SHADE, 0.55);
-    canvas.stroke(&line, 3.2, colour, 1.0);
+    for piece in &pieces {
+        canvas.stroke(piece, 3.2, colour, 1.0);
+    }
     canvas.arrow_head(tip, direction, head, colour, 1.0);
+}
+
+/// Length of a dash, and of the gap after it with the line's round ends.
+const DASH: [f32; 2] = [9.0, 10.0];
+
+/// A line in pieces.
+fn dashes(line: &[Point]) -> Vec<Vec<Point>> {
+    let (mut pieces, mut piece) = (Vec::new(), Vec::new());
+    let mut along = 0.0;
+    for pair in line.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let length = (to.0 - from.0).hypot(to.1 - from.1);
+        let n_steps = length.ceil().max(1.0) as usize;
+        for step in 0..n_steps {
+            let part = step as f32 / n_steps as f32;
+            let point = (from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part);
+            if (along + length * part).rem_euclid(DASH[0] + DASH[1]) < DASH[0] {
+                piece.push(point);
+            } else if !piece.is_empty() {
+                pieces.push(std::mem::take(&mut piece));
+            }
+        }
+        along += length;
+    }
+    pieces.push(piece);
+    pieces
 }
 
 const LABEL: Style = Style { face: Face::Mono, size: 19.0, colour: palette::TEXT };

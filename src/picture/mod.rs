@@ -53,6 +53,39 @@ pub struct EdgeMark {
     pub from: Name,
     /// The second argument.
     pub to: Name,
+    /// What it stands for.
+    pub kind: EdgeKind,
+}
+
+/// What an edge stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EdgeKind {
+    /// A fact that was recognised; drawn in its predicate's colour.
+    Seen,
+    /// A fact that was recognised and does not hold; red.
+    Wrong,
+    /// A fact that holds and was not recognised; grey and dashed.
+    Missing,
+}
+
+/// One line about what was not recognised as it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// The fact or the doubt as text.
+    pub text: String,
+    /// What is the matter with it.
+    pub kind: RemarkKind,
+}
+
+/// What is the matter with a fact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RemarkKind {
+    /// It was recognised and does not hold.
+    Wrong,
+    /// It holds and was not recognised.
+    Missing,
+    /// It is not known, or cannot be explained.
+    Doubt,
 }
 
 /// One part of the goal and whether it holds now.
@@ -83,6 +116,8 @@ pub struct PictureInput<'a> {
     pub plan: &'a [String],
     /// The step that runs now; those before it are done.
     pub step_idx: Option<usize>,
+    /// Where the true state is known: what differs from it.
+    pub remarks: &'a [Remark],
     /// The vertices of the graph.
     pub objects: &'a [ObjectMark],
     /// The edges of the graph.

@@ -16,6 +16,10 @@ pub(super) const MUTED: [u8; 3] = [142, 151, 166];
 pub(super) const ACCENT: [u8; 3] = [94, 214, 186];
 /// What is not known.
 pub(super) const DOUBT: [u8; 3] = [240, 190, 92];
+/// What is wrong.
+pub(super) const WRONG: [u8; 3] = [255, 77, 77];
+/// What is missing.
+pub(super) const MISSING: [u8; 3] = [176, 182, 193];
 /// Objects without a colour.
 pub(super) const NEUTRAL: [u8; 3] = [200, 205, 214];
 

@@ -2,7 +2,7 @@
 
 use super::canvas::{Area, Canvas, Point};
 use super::text::{Face, Fonts, Style};
-use super::{PictureInput, edges, palette};
+use super::{EdgeKind, PictureInput, RemarkKind, edges, palette};
 use crate::scene::Truth;
 
 /// Width of the panel.
@@ -20,8 +20,27 @@ const LINE: f32 = 32.0;
 const MARK: f32 = 11.5;
 /// Most goal parts that are listed.
 const GOALS_MAX: usize = 8;
+/// Most remarks that are listed.
+const REMARKS_MAX: usize = 8;
 /// Most lines of the instruction.
 const INSTRUCTION_LINES_MAX: usize = 4;
+
+/// What an arrow of each look stands for, with its colour, and whether it is dashed.
+type Legend<'a> = Vec<(&'a str, [u8; 3], bool)>;
+
+fn legend<'a>(input: &PictureInput<'a>) -> Legend<'a> {
+    let predicates = edges::predicates(input.edges).into_iter().enumerate();
+    let mut legend: Legend<'a> =
+        predicates.map(|(idx, name)| (name, palette::edge(idx), false)).collect();
+    let any = |kind| input.edges.iter().any(|edge| edge.kind == kind);
+    if any(EdgeKind::Wrong) {
+        legend.push(("wrong", palette::WRONG, false));
+    }
+    if any(EdgeKind::Missing) {
+        legend.push(("missing", palette::MISSING, true));
+    }
+    legend
+}
 
 /// A pen that moves down the panel.
 struct Pen<'c, 'f> {
@@ -45,7 +64,8 @@ pub(super) fn draw(canvas: &mut Canvas, input: &PictureInput<'_>, fonts: &Fonts,
     pen.caption(input.caption);
     pen.instruction(input.instruction);
     pen.goal(input);
-    let legend = edges::predicates(input.edges);
+    pen.remarks(input);
+    let legend = legend(input);
     let legend_height = if legend.is_empty() { 0.0 } else { 66.0 };
     pen.plan(input, height - PAD - legend_height);
     if !legend.is_empty() {
@@ -115,6 +135,37 @@ impl Pen<'_, '_> {
         self.more(input.goal.len() - n_shown);
     }
 
+    fn remarks(&mut self, input: &PictureInput<'_>) {
+        if input.remarks.is_empty() {
+            return;
+        }
+        let count = |kind| input.remarks.iter().filter(|remark| remark.kind == kind).count();
+        let counts = [
+            (count(RemarkKind::Wrong), "wrong"),
+            (count(RemarkKind::Missing), "missing"),
+            (count(RemarkKind::Doubt), "in doubt"),
+        ];
+        let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
+        self.heading("FACTS", &counts.collect::<Vec<_>>().join(", "));
+        let n_shown = shown(input.remarks.len(), REMARKS_MAX);
+        for remark in &input.remarks[..n_shown] {
+            let (x, y) = (self.x + 9.0, self.y + MARK);
+            match remark.kind {
+                RemarkKind::Wrong => {
+                    let (a, b) = (5.5, palette::WRONG);
+                    self.canvas.stroke(&[(x - a, y - a), (x + a, y + a)], 3.0, b, 1.0);
+                    self.canvas.stroke(&[(x - a, y + a), (x + a, y - a)], 3.0, b, 1.0);
+                }
+                RemarkKind::Missing => {
+                    self.canvas.stroke(&[(x - 6.0, y), (x + 6.0, y)], 3.0, palette::MISSING, 1.0);
+                }
+                RemarkKind::Doubt => self.canvas.disc((x, y), 5.0, palette::DOUBT, 1.0),
+            }
+            self.entry(&remark.text, CODE);
+        }
+        self.more(input.remarks.len() - n_shown);
+    }
+
     /// The steps around the running one, as many as fit above `bottom`.
     fn plan(&mut self, input: &PictureInput<'_>, bottom: f32) {
         if input.plan.is_empty() {
@@ -173,23 +224,26 @@ impl Pen<'_, '_> {
         self.canvas.stroke(&points, 3.0, colour, 1.0);
     }
 
-    /// One arrow with its predicate for each colour, in one line.
-    fn legend(&mut self, predicates: &[&str]) {
+    /// One arrow with its name for each look, in one line.
+    fn legend(&mut self, legend: &Legend<'_>) {
         let rule = Area::new(self.x, self.y - 16.0, self.width, 1.5);
         self.canvas.fill(&rule, 0.0, palette::RULE, 1.0);
         let right = self.x + self.width;
         let mut x = self.x;
-        for (idx, predicate) in predicates.iter().enumerate() {
-            let text_width = self.fonts.width(predicate, CODE);
+        for (name, colour, dashed) in legend {
+            let (colour, y) = (*colour, self.y + MARK);
+            let text_width = self.fonts.width(name, CODE);
             if x + 44.0 + text_width > right {
                 break;
             }
-            let (colour, y) = (palette::edge(idx), self.y + MARK);
             self.canvas.disc((x + 4.0, y), 4.0, colour, 1.0);
-            self.canvas.stroke(&[(x + 4.0, y), (x + 22.0, y)], 3.0, colour, 1.0);
+            let line: &[[f32; 2]] = if *dashed { &[[12.0, 15.0]] } else { &[[4.0, 22.0]] };
+            for [from, to] in line {
+                self.canvas.stroke(&[(x + from, y), (x + to, y)], 3.0, colour, 1.0);
+            }
             self.canvas.arrow_head((x + 34.0, y), (1.0, 0.0), 13.0, colour, 1.0);
-            self.fonts.draw(self.canvas, predicate, (x + 44.0, self.y), CODE);
-            x += 44.0 + text_width + 28.0;
+            self.fonts.draw(self.canvas, name, (x + 44.0, self.y), CODE);
+            x += 44.0 + text_width + 22.0;
         }
     }
 }

@@ -30,6 +30,7 @@ fn nothing() -> PictureInput<'static> {
         goal: &[],
         plan: &[],
         step_idx: None,
+        remarks: &[],
         objects: &[],
         edges: &[],
     }
@@ -117,6 +118,7 @@ fn an_edge_is_drawn_between_its_objects_only() {
         predicate: "on".into(),
         from: from.into(),
         to: to.into(),
+        kind: EdgeKind::Seen,
     };
     let without = drawn(&frame(640, 480), &objects, &[]);
     let with = drawn(&frame(640, 480), &objects, &[edge("a", "b")]);
@@ -125,6 +127,22 @@ fn an_edge_is_drawn_between_its_objects_only() {
     let left_of_panel =
         |picture: &RgbImage| imageops::crop_imm(picture, 0, 0, 1280, 960).to_image();
     assert_eq!(left_of_panel(&drawn(&frame(640, 480), &objects, &odd)), left_of_panel(&without));
+}
+
+#[test]
+fn what_is_wrong_or_missing_looks_different_and_is_listed() {
+    let objects =
+        [object("a", [100.0, 100.0, 150.0, 150.0]), object("b", [400.0, 300.0, 450.0, 350.0])];
+    let pictures = [EdgeKind::Seen, EdgeKind::Wrong, EdgeKind::Missing].map(|kind| {
+        let (predicate, from, to) = ("on".into(), "a".into(), "b".into());
+        drawn(&frame(640, 480), &objects, &[EdgeMark { predicate, from, to, kind }])
+    });
+    let dot = |idx: usize| pictures[idx].get_pixel(250, 250).0;
+    assert_eq!([dot(1), dot(2)], [palette::WRONG, palette::MISSING]);
+    assert_ne!(dot(0), dot(1));
+    let remark = Remark { text: "(on a b)".to_owned(), kind: RemarkKind::Missing };
+    let with = PictureInput { remarks: &[remark], ..nothing() };
+    assert_ne!(draw(&frame(64, 48), &with), draw(&frame(64, 48), &nothing()));
 }
 
 #[test]
@@ -170,11 +188,15 @@ fn forty_objects_long_texts_and_long_lists_are_drawn() {
             predicate: ["on", "near", "under"][idx % 3].into(),
             from: objects[idx].name.clone(),
             to: objects[idx / 2].name.clone(),
+            kind: [EdgeKind::Seen, EdgeKind::Wrong, EdgeKind::Missing][idx % 3],
         })
         .collect();
     let holds = [Truth::True, Truth::False, Truth::Unknown];
     let goal: Vec<GoalMark> =
         (0..60).map(|idx| GoalMark { text: long.clone(), holds: holds[idx % 3] }).collect();
+    let kinds = [RemarkKind::Wrong, RemarkKind::Missing, RemarkKind::Doubt];
+    let remarks: Vec<Remark> =
+        (0..50).map(|idx| Remark { text: long.clone(), kind: kinds[idx % 3] }).collect();
     let plan = vec![format!("({long})\u{1F916} ä"); 300];
     let caption = vec![(long.clone(), long.clone()); 3];
     for step_idx in [None, Some(150), Some(1000)] {
@@ -186,6 +208,7 @@ fn forty_objects_long_texts_and_long_lists_are_drawn() {
             goal: &goal,
             plan: &plan,
             step_idx,
+            remarks: &remarks,
             objects: &objects,
             edges: &edges,
         };

@@ -12,8 +12,8 @@ use crate::config::{ConfigError, DomainFolder, PlannerConfig, choose, read_text}
 use crate::detectors::DETECTORS;
 use crate::eval::prodgv::pairs::ordered_pairs;
 use crate::eval::prodgv::{
-    Detections, DomainData, EvalError, Evaluation, Goals, Jitter, Report, Setup, Vocabulary,
-    data_set, domain_report, evaluate, published,
+    Detections, DomainData, Episode, EvalError, Evaluation, Goals, Jitter, Report, Setup,
+    Vocabulary, data_set, domain_report, evaluate, picture, published,
 };
 use crate::goals::GOALS;
 use crate::grounding::GROUNDERS;
@@ -223,13 +223,30 @@ fn bar(data: &[DomainData]) -> ProgressBar {
     }
 }
 
+/// Draws every evaluated pair of a domain into the folder.
 fn draw(
     folder: &Path,
     data: &DomainData,
     vocabulary: &Vocabulary,
     evaluation: &Evaluation,
 ) -> Result<(), Failure> {
-    let _ = (folder, data, vocabulary, evaluation);
+    let fault = |path: &Path, reason: String| {
+        Failure::from(ConfigError::File { path: path.display().to_string(), reason })
+    };
+    std::fs::create_dir_all(folder).map_err(|e| fault(folder, e.to_string()))?;
+    for test in &data.problems {
+        let Some(photograph) = test.picture()? else {
+            out::note(&format!("{}: problem {} has no photograph", data.name, test.number));
+            continue;
+        };
+        let of_test = |episode: &&Episode| episode.evaluated && episode.pair.1 == test.number;
+        for episode in evaluation.episodes.iter().filter(of_test) {
+            let (e, t) = episode.pair;
+            let path = folder.join(format!("{}_ex{e}_test{t}.png", data.name));
+            let drawn = picture(episode, &photograph, test, vocabulary)?;
+            drawn.save(&path).map_err(|e| fault(&path, e.to_string()))?;
+        }
+    }
     Ok(())
 }
 

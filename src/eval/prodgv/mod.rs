@@ -23,12 +23,14 @@ pub mod jitter;
 mod evaluate;
 mod report;
 mod published;
+mod pictures;
 
 pub use data_set::{DomainData, Labelled};
 pub use episode::{Episode, EpisodeInput, EpisodeParts, carry_out};
 pub use error::EvalError;
 pub use evaluate::{Detections, Evaluation, Goals, Setup, evaluate};
 pub use jitter::Jitter;
+pub use pictures::picture;
 pub use published::{Published, published};
 pub use recorded::Pair;
 pub use report::{DomainReport, JitterReport, PairReport, Ratio, Report, domain_report};
