@@ -24,8 +24,8 @@ impl Style {
     pub(super) fn line(&self, since_ns: u64, cycle: u64, note: &Note) -> String {
         let seconds = since_ns as f64 / 1e9;
         let (mark, text) = match note {
-            Note::State { facts, unknown } => {
-                (self.paint("2", "state  "), self.state(facts, unknown))
+            Note::State { facts, unknown, constrained } => {
+                (self.paint("2", "state  "), self.state(facts, unknown, constrained))
             }
             Note::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
             Note::Started { step } => (self.paint("34", "skill  "), step.to_string()),
@@ -57,13 +57,16 @@ impl Style {
         format!("{stamp} {mark} {text}")
     }
 
-    /// The facts that hold, relations first, without those that only order objects.
-    fn state(&self, facts: &[Atom], unknown: &[Atom]) -> String {
+    /// The facts that hold, relations first, without those that only order objects. A mark tells
+    /// what is unknown (?) and what a constraint decided (*).
+    fn state(&self, facts: &[Atom], unknown: &[Atom], constrained: &[Atom]) -> String {
         let shown = |atom: &&Atom| !self.orders.contains(&atom.predicate);
         let mut sorted: Vec<&Atom> = facts.iter().filter(shown).collect();
         sorted.sort_by_key(|atom| std::cmp::Reverse(atom.args.len()));
-        let mut words: Vec<String> = sorted.into_iter().map(ToString::to_string).collect();
-        words.extend(unknown.iter().filter(shown).map(|atom| format!("{atom}?")));
+        let mark = |atom: &Atom| if constrained.contains(atom) { "*" } else { "" };
+        let known = sorted.into_iter().map(|atom| format!("{atom}{}", mark(atom)));
+        let unknown = unknown.iter().filter(shown).map(|atom| format!("{atom}?{}", mark(atom)));
+        let words: Vec<String> = known.chain(unknown).collect();
         words.join(" ")
     }
 }

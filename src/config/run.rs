@@ -228,6 +228,13 @@ impl RunConfig {
         if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
             return value("robot.motion", "a table, for a robot that acts", "none".to_owned());
         }
+        for &pose in self.robot.motion.iter().flat_map(|motion| &motion.look_poses) {
+            let reaches = self.robot.motion.as_ref().is_some_and(|motion| motion.reaches(pose));
+            if !reaches {
+                let expected = "positions within reach_x_m and reach_y_m, above table_z_m";
+                return value("robot.motion.look_poses", expected, format!("{pose:?}"));
+            }
+        }
         for fault in &self.fault {
             if fault.at_s.is_some() == fault.during.is_some() {
                 let got = if fault.at_s.is_some() { "both" } else { "neither" };

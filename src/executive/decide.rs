@@ -1,11 +1,12 @@
 //! One cycle, top to bottom.
 
 use super::explain::deviations;
+use super::looking::doubted;
 use super::verdict::{Limit, Verdict};
 use super::{Answer, Cycle, Executive, Note, Phase, ReplanCause, join};
-use crate::messages::{CommandKind, PlanVerdict};
-use crate::pddl::{Name, Step};
-use crate::scene::Visibility;
+use crate::messages::{CommandKind, Origin, PlanVerdict, Scene};
+use crate::pddl::{Atom, Name, Step};
+use crate::scene::{Truth, Visibility};
 
 impl Executive {
     /// Hears the robot, judges what has ended, explains what has changed, follows the plan.
@@ -21,6 +22,9 @@ impl Executive {
             self.failed_cycle.is_some_and(|failed| cycle.input.plan.cause.cycle <= failed);
         if unheard || matches!(self.phase, Phase::Settling(_)) {
             return Answer::Command(CommandKind::Continue);
+        }
+        if let Some(answer) = self.await_view(cycle) {
+            return answer;
         }
         if let Some(reason) = self.overdue(cycle) {
             if let Phase::Running(running) = &mut self.phase {
@@ -43,7 +47,8 @@ impl Executive {
             PlanVerdict::Unsolvable { proof, unknowns } => {
                 if unknowns {
                     let reason = format!("no plan without the unknown facts ({proof})");
-                    return self.look(cycle, reason);
+                    let reason = doubted(reason, &cycle.input.scene.doubts, &[]);
+                    return self.look_around(cycle, &reason);
                 }
                 if !cycle.is_settled() {
                     return self.look(cycle, "the scene is not settled".to_owned());
@@ -82,6 +87,7 @@ impl Executive {
             let state = Note::State {
                 facts: facts.known.iter().cloned().collect(),
                 unknown: facts.unknown.iter().cloned().collect(),
+                constrained: constrained(cycle.input.scene),
             };
             self.expected = Some(facts.clone());
             cycle.note(state);
@@ -119,7 +125,7 @@ impl Executive {
         if !cycle.is_settled() {
             return match self.phase {
                 Phase::Running(_) => go_on,
-                Phase::Idle | Phase::Settling(_) => {
+                Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => {
                     self.look(cycle, "the scene is not settled".to_owned())
                 }
             };
@@ -138,7 +144,7 @@ impl Executive {
                 let reason = format!("{step} comes first now");
                 self.preempt(cycle, reason)
             }
-            (_, None) => Answer::End(Verdict::Reached),
+            (_, None) => self.look_into_doubts(cycle, &[]).unwrap_or(Answer::End(Verdict::Reached)),
             (_, Some(step)) => {
                 let step = step.clone();
                 self.dispatch(cycle, &step)
@@ -206,4 +212,10 @@ impl Executive {
     pub(super) fn give_up_or_wait(&self, cycle: &Cycle<'_>) -> Answer {
         self.spent(cycle).map_or(Answer::Command(CommandKind::Continue), Answer::End)
     }
+}
+
+/// The facts that a constraint decided.
+fn constrained(scene: &Scene) -> Vec<Atom> {
+    let decided = scene.facts.iter().filter(|fact| fact.origin == Origin::Constrained);
+    decided.filter(|fact| fact.confirmed != Truth::False).map(|fact| fact.atom.clone()).collect()
 }

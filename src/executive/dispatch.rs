@@ -1,5 +1,6 @@
 //! No action leaves unless its preconditions are known to hold in the newest confirmed state.
 
+use super::looking::doubted;
 use super::running::Running;
 use super::verdict::{Limit, Verdict};
 use super::{Answer, Cycle, Executive, Note, Phase};
@@ -8,14 +9,31 @@ use crate::pddl::{Changes, Step, Universe, bind, effects, evaluate, unsatisfied}
 use crate::scene::Truth;
 use crate::skills::{Held, Preempt};
 
+/// Why a step may not start.
+enum Refusal {
+    /// The scene is too old, too young, or another one.
+    NotYet(String),
+    /// Something that must hold is not known.
+    Unknown(String),
+}
+
 impl Executive {
     /// Starts a step, or says why not.
     pub(super) fn dispatch(&mut self, cycle: &mut Cycle<'_>, step: &Step) -> Answer {
         let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
-            return Answer::End(Verdict::Planned);
+            let looked_into = self.look_into_doubts(cycle, &[]);
+            return looked_into.unwrap_or(Answer::End(Verdict::Planned));
         };
-        if let Err(reason) = Self::may_start(cycle, step) {
-            return self.look(cycle, reason);
+        match Self::may_start(cycle, step) {
+            Ok(()) => {}
+            Err(Refusal::NotYet(reason)) => return self.look(cycle, reason),
+            Err(Refusal::Unknown(reason)) => {
+                let reason = doubted(reason, &cycle.input.scene.doubts, &step.args);
+                return self.look_around(cycle, &reason);
+            }
+        }
+        if let Some(answer) = self.look_into_doubts(cycle, &step.args) {
+            return answer;
         }
         if let Some(verdict) = self.circling(cycle) {
             return Answer::End(verdict);
@@ -32,6 +50,7 @@ impl Executive {
         };
         self.last_command_id += 1;
         self.looks = 0;
+        self.views_taken = 0;
         let cause = cycle.input.scene.cause;
         let touched = cycle.config.skills.touched(step);
         let targets = touched.iter().filter(|name| self.held_name() != Some(name.as_str()));
@@ -58,31 +77,37 @@ impl Executive {
     }
 
     /// Age, settledness, preconditions.
-    fn may_start(cycle: &Cycle<'_>, step: &Step) -> Result<(), String> {
+    fn may_start(cycle: &Cycle<'_>, step: &Step) -> Result<(), Refusal> {
         let age_ns = cycle.input.now_ns.saturating_sub(cycle.input.scene.cause.capture_ns);
         let age_ms = age_ns / 1_000_000;
         let limit = cycle.config.limits.state_age_ms_max;
         if age_ms > limit {
-            return Err(format!("the newest scene is {age_ms} ms old (at most {limit} ms)"));
+            let reason = format!("the newest scene is {age_ms} ms old (at most {limit} ms)");
+            return Err(Refusal::NotYet(reason));
         }
         if !cycle.is_settled() {
             let n = cycle.input.scene.unsettled;
-            return Err(format!("{n} facts are not confirmed yet"));
+            return Err(Refusal::NotYet(format!("{n} facts are not confirmed yet")));
         }
         let domain = &cycle.config.domain;
         let action = domain.action(step.action.as_str());
         let Some((action, bindings)) = action.and_then(|a| Some((a, bind(a, &step.args)?))) else {
-            return Err(format!("{step} is not an action of the domain"));
+            return Err(Refusal::NotYet(format!("{step} is not an action of the domain")));
         };
         let objects = cycle.input.scene.typed_objects();
         let universe = Universe { types: &domain.types, objects: &objects };
         let truth = |atom: &_| cycle.facts.truth(atom);
         match evaluate(&action.precondition, &bindings, &universe, &truth) {
             Truth::True => Ok(()),
-            Truth::Unknown => Err(format!("the precondition of {step} is not known to hold")),
+            Truth::Unknown => {
+                let reason = format!("the precondition of {step} is not known to hold");
+                Err(Refusal::Unknown(reason))
+            }
             Truth::False => {
                 let failing = unsatisfied(&action.precondition, &bindings, &universe, &truth);
-                Err(format!("the precondition of {step} does not hold: {}", failing.join(", ")))
+                let failing = failing.join(", ");
+                let reason = format!("the precondition of {step} does not hold: {failing}");
+                Err(Refusal::NotYet(reason))
             }
         }
     }

@@ -8,12 +8,14 @@ mod explain;
 mod note;
 mod dispatch;
 mod running;
+mod looking;
 mod decide;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::grounding::Doubt;
 use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Scene, Status, StepOutcome};
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::Facts;
@@ -24,6 +26,7 @@ pub use limits::Limits;
 pub use note::{Note, ReplanCause};
 pub use verdict::{Limit, Stop, Verdict};
 
+use looking::Looking;
 use running::{Running, Settling};
 
 /// What does not change during an episode.
@@ -112,6 +115,10 @@ pub struct Executive {
     /// The cycle of the last failure: its plan does not know of it yet.
     failed_cycle: Option<u64>,
     looks: u32,
+    /// How many of the robot's view poses have been taken since the last dispatch.
+    views_taken: usize,
+    /// Doubts that another look did not remove.
+    put_up_with: BTreeSet<Doubt>,
     unseen_frames: u32,
     visits: BTreeMap<String, u32>,
     last_dispatch_state: Option<String>,
@@ -128,6 +135,8 @@ enum Phase {
     Running(Running),
     /// A step has ended; the scene has not settled yet.
     Settling(Settling),
+    /// A motion that frees the camera's view.
+    Looking(Looking),
 }
 
 impl Executive {
@@ -200,12 +209,16 @@ impl Executive {
     pub fn running_step(&self) -> Option<&Step> {
         match &self.phase {
             Phase::Running(running) => Some(&running.step),
-            Phase::Idle | Phase::Settling(_) => None,
+            Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => None,
         }
     }
 
     fn label(&self) -> String {
-        self.running_step().map(ToString::to_string).unwrap_or_default()
+        match &self.phase {
+            Phase::Running(running) => running.step.to_string(),
+            Phase::Looking(looking) => looking.label.clone(),
+            Phase::Idle | Phase::Settling(_) => String::new(),
+        }
     }
 
     fn failures_total(&self) -> u32 {

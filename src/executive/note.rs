@@ -12,6 +12,8 @@ pub enum Note {
         facts: Vec<Atom>,
         /// All facts that are unknown.
         unknown: Vec<Atom>,
+        /// Those of both that a constraint of the domain decided, against their own feature.
+        constrained: Vec<Atom>,
     },
     /// A plan is followed from now on.
     Plan {

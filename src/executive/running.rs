@@ -47,6 +47,13 @@ impl Executive {
     /// Takes in what the robot says: a running step may end.
     pub(super) fn hear(&mut self, cycle: &Cycle<'_>) {
         for status in cycle.input.statuses {
+            if let Phase::Looking(looking) = &self.phase
+                && status.command_id == looking.command_id
+                && status.kind != StatusKind::Accepted
+            {
+                // However it ended: the next frames show what can be seen from there.
+                self.phase = Phase::Idle;
+            }
             let Phase::Running(running) = &self.phase else { continue };
             if status.command_id != running.command_id {
                 continue;
@@ -158,8 +165,12 @@ impl Executive {
 
     /// Whether the robot did not even break off in time.
     pub(super) fn is_hung(&self, cycle: &Cycle<'_>) -> bool {
-        let Phase::Running(running) = &self.phase else { return false };
-        running.break_off_ns.is_some_and(|at| {
+        let break_off_ns = match &self.phase {
+            Phase::Running(running) => running.break_off_ns,
+            Phase::Looking(looking) => looking.break_off_ns,
+            Phase::Idle | Phase::Settling(_) => None,
+        };
+        break_off_ns.is_some_and(|at| {
             let seconds = cycle.input.now_ns.saturating_sub(at) as f64 / 1e9;
             seconds > cycle.config.limits.skill_timeout_s
         })

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::grounding::Doubt;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
 use crate::scene::{Facts, SceneObject, Truth};
 
@@ -23,6 +24,8 @@ pub struct Cause {
 pub enum Origin {
     /// Judged in this frame's picture.
     Observed,
+    /// Judged in this frame by a constraint of the domain, otherwise than by its own feature.
+    Constrained,
     /// Told by the robot about itself.
     Proprioceptive,
     /// Derived by a completion rule.
@@ -59,6 +62,8 @@ pub struct Scene {
     pub objects: Vec<SceneObject>,
     /// The edges (and unary facts).
     pub facts: Vec<SceneFact>,
+    /// What no set of facts explains, seen for long enough to count: reasons to look again.
+    pub doubts: Vec<Doubt>,
     /// How many facts differ from what is believed and are not confirmed yet.
     pub unsettled: u32,
     /// Time spent finding objects, microseconds (latency only).

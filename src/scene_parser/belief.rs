@@ -1,11 +1,13 @@
-//! The one belief: which facts planner and executor rely on.
+//! The one belief: which facts planner and executor rely on, and which doubts count.
 //!
 //! A changed fact counts once it has been seen `confirm_frames` times in a row, or at once when a
 //! step that has just ended predicts it. While a step runs, what it is about to change and whatever
-//! is said of the object that it carries keep their values.
+//! is said of the object that it carries keep their values. A doubt counts as long as it has been
+//! there in each of the last `confirm_frames` frames.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::grounding::{Basis, Doubt};
 use crate::messages::Origin;
 use crate::pddl::{Atom, Changes, Name};
 use crate::scene::Truth;
@@ -25,13 +27,25 @@ pub(super) struct Entry {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
     pub(super) truth: Truth,
+    pub(super) basis: Basis,
     pub(super) confidence: f32,
+}
+
+impl Reading {
+    fn origin(&self) -> Origin {
+        match self.basis {
+            Basis::Observed => Origin::Observed,
+            Basis::Constrained => Origin::Constrained,
+        }
+    }
 }
 
 /// Beliefs about all observed atoms that were ever judged.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Belief {
     pub(super) entries: BTreeMap<Atom, Entry>,
+    /// In how many frames in a row each doubt has been there.
+    doubts: BTreeMap<Doubt, u32>,
 }
 
 /// What holds facts back in this frame.
@@ -83,12 +97,12 @@ impl Belief {
             }
             match (reading, expected) {
                 (Some(reading), Some(expected)) if reading.truth == expected => {
-                    entry.believe(expected, Origin::Observed);
+                    entry.believe(expected, reading.origin());
                 }
                 (None, Some(expected)) => entry.believe(expected, Origin::Predicted),
-                (Some(_), _) => {
+                (Some(reading), _) => {
                     if entry.streak >= confirm_frames {
-                        entry.believe(entry.candidate, Origin::Observed);
+                        entry.believe(entry.candidate, reading.origin());
                     }
                     unsettled += u32::from(entry.confirmed != entry.candidate);
                 }
@@ -96,13 +110,24 @@ impl Belief {
                     entry.believe(Truth::Unknown, Origin::Remembered);
                 }
                 (None, None) => {
-                    if entry.origin == Origin::Observed {
+                    if matches!(entry.origin, Origin::Observed | Origin::Constrained) {
                         entry.origin = Origin::Remembered;
                     }
                 }
             }
         }
         unsettled
+    }
+
+    /// Takes in what one frame cannot explain; returns what counts.
+    pub(super) fn doubt(&mut self, doubts: Vec<Doubt>, confirm_frames: u32) -> Vec<Doubt> {
+        let before = std::mem::take(&mut self.doubts);
+        for doubt in doubts {
+            let frames = before.get(&doubt).copied().unwrap_or(0).saturating_add(1);
+            self.doubts.insert(doubt, frames);
+        }
+        let confirmed = self.doubts.iter().filter(|(_, frames)| **frames >= confirm_frames);
+        confirmed.map(|(doubt, _)| doubt.clone()).collect()
     }
 }
 

@@ -9,7 +9,7 @@ use super::tracker::{Renamed, Sighting, Tracker};
 use super::{FrameContext, ParserConfig};
 use crate::detectors::{Detection, MergeRule, Sighted, merge, volume_of};
 use crate::geometry::PixelBox;
-use crate::grounding::{Grip, ObjectBox, complete, proprioception};
+use crate::grounding::{Doubt, Grip, Grounding, ObjectBox, complete, proprioception};
 use crate::messages::{CommandKind, Origin, Scene, SceneFact, StatusKind};
 use crate::pddl::{
     Atom, Changes, Name, SourceText, Step, Typed, Universe, bind, effects, parse_plan,
@@ -67,18 +67,20 @@ impl SceneParser {
         self.tracker.update(sightings, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
-        let readings = self.judge(config);
+        let (readings, doubts) = self.judge(config);
         let frozen = self.frozen();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
         let unsettled =
             self.belief.update(&readings, &frozen, &lost, ended.as_ref(), confirm_frames);
+        let doubts = self.belief.doubt(doubts, confirm_frames);
         let objects = self.objects(config);
         let typed: Vec<Typed> =
             objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
         let own = self.own_facts(config, &typed, &frozen);
         let facts = self.facts(config, &typed, &own);
-        Scene { cause: context.cause, objects, facts, unsettled, detect_us: 0, ground_us: 0 }
+        let cause = context.cause;
+        Scene { cause, objects, facts, doubts, unsettled, detect_us: 0, ground_us: 0 }
     }
 
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
@@ -161,11 +163,17 @@ impl SceneParser {
         occluders
     }
 
-    /// Judges every tuple of objects that are in plain sight.
-    fn judge(&self, config: &ParserConfig) -> BTreeMap<Atom, Reading> {
-        let visible = self.tracker.tracks.iter().filter(|t| t.hidden_frames == 0);
-        let visible = visible.filter(|t| !self.is_held(&t.name));
-        let boxes: Vec<ObjectBox> = visible
+    /// Judges every tuple of objects that are in plain sight, and what is strange about them.
+    ///
+    /// Objects that are out of sight for a while are judged with them, where they were last seen:
+    /// what hides between others is not missing. Nothing is read off them.
+    fn judge(&self, config: &ParserConfig) -> (BTreeMap<Atom, Reading>, Vec<Doubt>) {
+        let hidden_frames_max = config.belief.hidden_frames_max;
+        let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
+        let known = known.filter(|t| !self.is_held(&t.name));
+        let visible: BTreeSet<&Name> =
+            known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.name).collect();
+        let boxes: Vec<ObjectBox> = known
             .map(|t| ObjectBox {
                 name: t.name.clone(),
                 type_name: t.type_name.clone(),
@@ -174,11 +182,16 @@ impl SceneParser {
                 mask: None,
             })
             .collect();
-        let judged = config.grounder.ground(&boxes).judged.into_iter().map(|judged| {
+        let Grounding { judged, mut doubts } = config.grounder.ground(&boxes);
+        let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
+        doubts.retain(|doubt| are_visible(&doubt.objects));
+        let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
+        let readings = judged.map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
-            (judged.atom, Reading { truth: judged.truth, confidence })
+            let reading = Reading { truth: judged.truth, basis: judged.basis, confidence };
+            (judged.atom, reading)
         });
-        judged.collect()
+        (readings.collect(), doubts)
     }
 
     fn is_held(&self, name: &Name) -> bool {

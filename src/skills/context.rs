@@ -40,6 +40,21 @@ pub struct MotionConfig {
     pub reach_x_m: [f64; 2],
     /// Reach along y: least and greatest.
     pub reach_y_m: [f64; 2],
+    /// Tool positions that free the camera's view, or show another one; tried in order while
+    /// something is not known.
+    #[serde(default)]
+    pub look_poses: Vec<[f64; 3]>,
+}
+
+impl MotionConfig {
+    /// Whether the tool may go to a position.
+    pub fn reaches(&self, [x, y, z]: [f64; 3]) -> bool {
+        let within = |[low, high]: [f64; 2], v: f64| low <= v && v <= high;
+        within(self.reach_x_m, x)
+            && within(self.reach_y_m, y)
+            && z > self.table_z_m
+            && z.is_finite()
+    }
 }
 
 /// What is in the gripper, and how.

@@ -2,6 +2,7 @@
 
 mod dispatch;
 mod endings;
+mod looking;
 mod property;
 
 use std::path::Path;

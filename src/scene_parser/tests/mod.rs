@@ -1,5 +1,6 @@
 //! Frames by hand: detections, robot states and statuses in, scenes out.
 
+mod doubts;
 mod facts;
 mod names;
 

@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
 use crate::geometry::PixelBox;
+use crate::grounding::Doubt;
 use crate::messages::{
     Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
 };
@@ -86,12 +87,16 @@ pub fn scene_to_wire(
     let mut header = vocabulary.header(&scene.cause);
     header.stage_us = [scene.detect_us, scene.ground_us];
     header.unsettled = scene.unsettled;
-    let mut records = Vec::with_capacity(scene.objects.len() + scene.facts.len());
+    let n_records = scene.objects.len() + scene.facts.len() + scene.doubts.len();
+    let mut records = Vec::with_capacity(n_records);
     for object in &scene.objects {
         records.push(object_to_wire(object, vocabulary)?);
     }
     for fact in &scene.facts {
         records.push(fact_to_wire(fact, scene, vocabulary)?);
+    }
+    for doubt in &scene.doubts {
+        records.push(doubt_to_wire(doubt, scene)?);
     }
     Ok((header, records))
 }
@@ -133,15 +138,7 @@ fn fact_to_wire(
         .iter()
         .position(|p| p.name == fact.atom.predicate)
         .ok_or_else(|| WireError::new("predicate", "one of the domain", &fact.atom.predicate))?;
-    if fact.atom.args.len() > ARGS_MAX {
-        return Err(WireError::new("n_args", ARGS_MAX, fact.atom.args.len()));
-    }
-    let mut args = [0; ARGS_MAX];
-    for (to, from) in args.iter_mut().zip(&fact.atom.args) {
-        let at = scene.objects.iter().position(|o| o.name == *from);
-        let at = at.ok_or_else(|| WireError::new("argument", "an object of the scene", from))?;
-        *to = u32::try_from(at).unwrap_or(u32::MAX);
-    }
+    let (n_args, args) = args_to_wire(&fact.atom.args, scene)?;
     Ok(SceneRecord {
         tag: 1,
         kind: u32::try_from(kind).unwrap_or(u32::MAX),
@@ -151,14 +148,35 @@ fn fact_to_wire(
             Origin::Completed => 2,
             Origin::Remembered => 3,
             Origin::Predicted => 4,
+            Origin::Constrained => 5,
         },
         state: truth_to_wire(fact.raw),
         confirmed: truth_to_wire(fact.confirmed),
-        n_args: u32::try_from(fact.atom.args.len()).unwrap_or(u32::MAX),
+        n_args,
         args,
         score: fact.confidence,
         ..SceneRecord::default()
     })
+}
+
+fn doubt_to_wire(doubt: &Doubt, scene: &Scene) -> Result<SceneRecord, WireError> {
+    let (n_args, args) = args_to_wire(&doubt.objects, scene)?;
+    let name = NameText { bytes: text_to_wire(&doubt.reason) };
+    Ok(SceneRecord { tag: 2, n_args, args, name, ..SceneRecord::default() })
+}
+
+/// How many objects, and which.
+fn args_to_wire(names: &[Name], scene: &Scene) -> Result<(u32, [u32; ARGS_MAX]), WireError> {
+    if names.len() > ARGS_MAX {
+        return Err(WireError::new("n_args", ARGS_MAX, names.len()));
+    }
+    let mut args = [0; ARGS_MAX];
+    for (to, from) in args.iter_mut().zip(names) {
+        let at = scene.objects.iter().position(|o| o.name == *from);
+        let at = at.ok_or_else(|| WireError::new("argument", "an object of the scene", from))?;
+        *to = u32::try_from(at).unwrap_or(u32::MAX);
+    }
+    Ok((u32::try_from(names.len()).unwrap_or(u32::MAX), args))
 }
 
 /// Checks a scene.
@@ -175,16 +193,18 @@ pub fn scene_from_wire(
     if records.len() > SCENE_RECORDS_MAX {
         return Err(WireError::new("scene records", SCENE_RECORDS_MAX, records.len()));
     }
-    let (mut objects, mut facts) = (Vec::new(), Vec::new());
+    let (mut objects, mut facts, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
     for record in records {
         match record.tag {
             0 => objects.push(object_from_wire(record, vocabulary)?),
             1 => facts.push(fact_from_wire(record, &objects, vocabulary)?),
-            other => return Err(WireError::new("tag", "0 or 1", other)),
+            2 => doubts.push(doubt_from_wire(record, &objects)?),
+            other => return Err(WireError::new("tag", "0 to 2", other)),
         }
     }
     let [detect_us, ground_us] = header.stage_us;
-    Ok(Scene { cause, objects, facts, unsettled: header.unsettled, detect_us, ground_us })
+    let unsettled = header.unsettled;
+    Ok(Scene { cause, objects, facts, doubts, unsettled, detect_us, ground_us })
 }
 
 fn object_from_wire(
@@ -231,20 +251,15 @@ fn fact_from_wire(
     if record.n_args as usize != predicate.params.len() {
         return Err(WireError::new("n_args", predicate.params.len(), record.n_args));
     }
-    let indices = record.args.iter().take(record.n_args as usize);
-    let args = indices
-        .map(|&at| {
-            let found = objects.get(at as usize).map(|object| object.name.clone());
-            found.ok_or_else(|| WireError::new("argument", objects.len(), at))
-        })
-        .collect::<Result<_, _>>()?;
+    let args = args_from_wire(record, objects)?;
     let origin = match record.source {
         0 => Origin::Observed,
         1 => Origin::Proprioceptive,
         2 => Origin::Completed,
         3 => Origin::Remembered,
         4 => Origin::Predicted,
-        other => return Err(WireError::new("origin", "0 to 4", other)),
+        5 => Origin::Constrained,
+        other => return Err(WireError::new("origin", "0 to 5", other)),
     };
     Ok(SceneFact {
         atom: Atom { predicate: predicate.name.clone(), args },
@@ -253,6 +268,27 @@ fn fact_from_wire(
         origin,
         confidence: unit("confidence", record.score)?,
     })
+}
+
+fn doubt_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Doubt, WireError> {
+    if record.n_args == 0 || record.n_args as usize > ARGS_MAX {
+        return Err(WireError::new("n_args", format!("1 to {ARGS_MAX}"), record.n_args));
+    }
+    let reason = text_from_wire("reason", &record.name.bytes)?;
+    if reason.is_empty() || reason.chars().any(char::is_control) {
+        return Err(WireError::new("reason", "a line of text", format!("{reason:?}")));
+    }
+    Ok(Doubt { objects: args_from_wire(record, objects)?, reason: reason.to_owned() })
+}
+
+/// The objects that a record points at.
+fn args_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Vec<Name>, WireError> {
+    let indices = record.args.iter().take(record.n_args as usize);
+    let name = |&at: &u32| {
+        let found = objects.get(at as usize).map(|object| object.name.clone());
+        found.ok_or_else(|| WireError::new("argument", objects.len(), at))
+    };
+    indices.map(name).collect()
 }
 
 fn index_of(field: &'static str, names: &[Name], name: &Name) -> Result<u32, WireError> {

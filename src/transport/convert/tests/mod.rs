@@ -10,6 +10,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::config::DomainFolder;
 use crate::geometry::{CameraModel, Intrinsics, PixelBox};
+use crate::grounding::Doubt;
 use crate::messages::{
     Cause, Command, CommandKind, Expect, Frame, GoalMessage, Motion, Origin, PlanMessage,
     PlanVerdict, RobotState, Scene, SceneFact, Status, StatusKind, StepOutcome, Waypoint,
@@ -17,8 +18,8 @@ use crate::messages::{
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
 use crate::transport::wire::{
-    CommandRecord, DeviceHeader, FrameHeader, OutcomeRecord, RobotStateRecord, SceneRecord,
-    StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
+    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, OutcomeRecord, RobotStateRecord,
+    SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
 };
 
 const CAUSE: Cause = Cause { cycle: 7, frame_sequence: 70, capture_ns: 700, frame_send_ns: 7000 };
@@ -65,7 +66,7 @@ prop_compose! {
         truths in prop::array::uniform2(truths()),
         origin in prop::sample::select(vec![
             Origin::Observed, Origin::Proprioceptive, Origin::Completed, Origin::Remembered,
-            Origin::Predicted,
+            Origin::Predicted, Origin::Constrained,
         ]),
         confidence in 0.0..=1.0_f32,
     ) -> SceneFact {
@@ -75,20 +76,31 @@ prop_compose! {
     }
 }
 
+prop_compose! {
+    fn doubts(objects: Vec<SceneObject>)(
+        objects in prop::collection::vec(prop::sample::select(objects), 1..=ARGS_MAX),
+        reason in "[a-z][ a-z]{0,40}",
+    ) -> Doubt {
+        Doubt { objects: objects.into_iter().map(|object| object.name).collect(), reason }
+    }
+}
+
 fn truths() -> impl Strategy<Value = Truth> {
     prop::sample::select(vec![Truth::False, Truth::Unknown, Truth::True])
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
     let facts = |objects: Vec<SceneObject>| {
+        let doubts = prop::collection::vec(doubts(objects.clone()), 0..3);
         let facts = prop::collection::vec(facts(objects.clone()), 0..8);
-        (Just(objects), facts, any::<u32>(), any::<[u32; 2]>())
+        (Just(objects), facts, doubts, any::<u32>(), any::<[u32; 2]>())
     };
     prop::collection::vec(objects(), 1..6).prop_flat_map(facts).prop_map(
-        |(objects, facts, unsettled, [detect_us, ground_us])| Scene {
+        |(objects, facts, doubts, unsettled, [detect_us, ground_us])| Scene {
             cause: CAUSE,
             objects,
             facts,
+            doubts,
             unsettled,
             detect_us,
             ground_us,

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Two objects and one fact of them.
+/// Two objects, one fact and one doubt of them.
 fn scene() -> Scene {
     let object = |name: &str| SceneObject {
         name: name.into(),
@@ -21,7 +21,9 @@ fn scene() -> Scene {
         confidence: 0.5,
     };
     let objects = vec![object("a"), object("b")];
-    Scene { cause: CAUSE, objects, facts: vec![fact], ..Scene::default() }
+    let doubt = Doubt { objects: vec!["a".into(), "b".into()], reason: "a gap between".to_owned() };
+    let (facts, doubts) = (vec![fact], vec![doubt]);
+    Scene { cause: CAUSE, objects, facts, doubts, ..Scene::default() }
 }
 
 #[track_caller]
@@ -49,7 +51,7 @@ fn a_scene_of_another_run_or_domain_is_rejected() {
 fn scene_records_out_of_range_are_rejected() {
     type Change = fn(&mut SceneRecord);
     let objects: [(&str, Change); 11] = [
-        ("tag", |r| r.tag = 2),
+        ("tag", |r| r.tag = 3),
         ("object type", |r| r.kind = 3),
         ("visibility", |r| r.source = 4),
         ("object state", |r| r.state = 4),
@@ -67,15 +69,25 @@ fn scene_records_out_of_range_are_rejected() {
         ("n_args", |r| r.n_args = 7),
         ("argument", |r| r.args[1] = 2),
         ("argument", |r| r.args[1] = u32::MAX),
-        ("origin", |r| r.source = 5),
+        ("origin", |r| r.source = 6),
         ("raw", |r| r.state = 3),
         ("confirmed", |r| r.confirmed = 3),
         ("confidence", |r| r.score = -0.1),
     ];
+    let doubts: [(&str, Change); 6] = [
+        ("n_args", |r| r.n_args = 0),
+        ("n_args", |r| r.n_args = 7),
+        ("argument", |r| r.args[1] = 2),
+        ("reason", |r| r.name.bytes[0] = 0),
+        ("reason", |r| r.name.bytes[1] = b'\n'),
+        ("reason", |r| r.name.bytes[0] = 0xff),
+    ];
     let vocabulary = vocabulary();
     let (header, records) = scene_to_wire(&scene(), &vocabulary).unwrap();
     let objects = objects.iter().map(|change| (0, change));
-    for (at, (field, change)) in objects.chain(facts.iter().map(|change| (2, change))) {
+    let others = facts.iter().map(|change| (2, change));
+    let others = others.chain(doubts.iter().map(|change| (3, change)));
+    for (at, (field, change)) in objects.chain(others) {
         let mut records = records.clone();
         change(&mut records[at]);
         check(field, scene_from_wire(&header, &records, &vocabulary));
@@ -99,6 +111,7 @@ fn what_does_not_fit_into_a_message_is_not_sent() {
     let mut scene = scene();
     scene.objects[0].name = Name::new("x".repeat(48));
     scene.facts.clear();
+    scene.doubts.clear();
     assert!(scene_to_wire(&scene, &vocabulary).is_ok());
     scene.objects[0].name = Name::new("x".repeat(49));
     check("name", scene_to_wire(&scene, &vocabulary));
@@ -111,6 +124,15 @@ fn what_does_not_fit_into_a_message_is_not_sent() {
     check("argument", scene_to_wire(&scene, &vocabulary));
     scene.facts = vec![stray(Atom::new("under", &["a", "b"]))];
     check("predicate", scene_to_wire(&scene, &vocabulary));
+    scene.facts.clear();
+    let doubt = |objects: &[&str]| Doubt {
+        objects: objects.iter().map(|&name| name.into()).collect(),
+        reason: "nothing under".to_owned(),
+    };
+    scene.doubts = vec![doubt(&["ghost"])];
+    check("argument", scene_to_wire(&scene, &vocabulary));
+    scene.doubts = vec![doubt(&["a"; 7])];
+    check("n_args", scene_to_wire(&scene, &vocabulary));
 }
 
 #[test]

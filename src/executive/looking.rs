@@ -1,0 +1,107 @@
+//! Looking again: more frames from where the robot stands, then views that it makes free.
+
+use nalgebra::Point3;
+
+use super::{Answer, Cycle, Executive, Note, Phase};
+use crate::grounding::Doubt;
+use crate::messages::{CommandKind, Expect, Motion};
+use crate::pddl::Name;
+use crate::skills::SkillContext;
+
+/// A motion of the tool for the sake of the camera's view.
+#[derive(Debug, Clone)]
+pub(super) struct Looking {
+    pub(super) command_id: u64,
+    pub(super) started_ns: u64,
+    /// What it is for.
+    pub(super) label: String,
+    /// When it was told to break off.
+    pub(super) break_off_ns: Option<u64>,
+}
+
+impl Executive {
+    /// Looks again for a reason that another view may remove. The present view and each view pose
+    /// of the robot have equal shares of `limits.looks_max` frames.
+    pub(super) fn look_around(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Answer {
+        let answer = self.look(cycle, reason.to_owned());
+        if matches!(answer, Answer::End(_)) {
+            return answer;
+        }
+        let Some(motion) = &cycle.config.motion else { return answer };
+        let n_poses = u32::try_from(motion.look_poses.len()).unwrap_or(u32::MAX - 1);
+        let share = (cycle.config.limits.looks_max / (n_poses + 1)).max(1);
+        let due = usize::try_from(self.looks / share).unwrap_or(usize::MAX);
+        if !matches!(self.phase, Phase::Idle) || self.views_taken >= due {
+            return answer;
+        }
+        self.go_to_view(cycle, reason).unwrap_or(answer)
+    }
+
+    /// Starts the motion to the next view pose; `None` when all have been taken.
+    fn go_to_view(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Option<Answer> {
+        let (config, robot) = (cycle.config.motion.as_ref()?, cycle.input.robot?);
+        let pose = config.look_poses.get(self.views_taken)?;
+        self.views_taken += 1;
+        let label = format!("look from view {}", self.views_taken);
+        let objects = &cycle.input.scene.objects;
+        let mut context = SkillContext::new(objects, config, robot, self.held.clone());
+        let waypoints = context.approach(Point3::from(*pose), Expect::Anything).to_vec();
+        self.last_command_id += 1;
+        self.phase = Phase::Looking(Looking {
+            command_id: self.last_command_id,
+            started_ns: cycle.input.now_ns,
+            label: label.clone(),
+            break_off_ns: None,
+        });
+        cycle.note(Note::Look { reason: format!("{label}: {reason}") });
+        Some(Answer::Command(CommandKind::Start(Motion { waypoints })))
+    }
+
+    /// Waits until a view pose is reached. One that takes too long is broken off: the frames from
+    /// there are as good as any.
+    pub(super) fn await_view(&mut self, cycle: &Cycle<'_>) -> Option<Answer> {
+        let Phase::Looking(looking) = &mut self.phase else { return None };
+        let seconds = cycle.input.now_ns.saturating_sub(looking.started_ns) as f64 / 1e9;
+        if looking.break_off_ns.is_none() && seconds > cycle.config.limits.skill_timeout_s {
+            looking.break_off_ns = Some(cycle.input.now_ns);
+            return Some(Answer::Command(CommandKind::BreakOff));
+        }
+        Some(Answer::Command(CommandKind::Continue))
+    }
+
+    /// Looks again while there are doubts that concern what comes next. Doubts that stay after
+    /// `limits.looks_max` frames are told and put up with: what depends on them is unknown, and
+    /// nothing is done on unknown facts.
+    pub(super) fn look_into_doubts(
+        &mut self,
+        cycle: &mut Cycle<'_>,
+        concerned: &[Name],
+    ) -> Option<Answer> {
+        let scene = cycle.input.scene;
+        self.put_up_with.retain(|doubt| scene.doubts.contains(doubt));
+        let new: Vec<Doubt> = relevant(&scene.doubts, concerned)
+            .filter(|doubt| !self.put_up_with.contains(*doubt))
+            .cloned()
+            .collect();
+        let first = new.first()?;
+        if self.looks < cycle.config.limits.looks_max {
+            return Some(self.look_around(cycle, &first.to_string()));
+        }
+        cycle.note(Note::Look { reason: format!("no more: there is still {first}") });
+        self.put_up_with.extend(new);
+        None
+    }
+}
+
+/// Why something is not known, with the doubts that concern it.
+pub(super) fn doubted(reason: String, doubts: &[Doubt], concerned: &[Name]) -> String {
+    let doubts: Vec<String> = relevant(doubts, concerned).map(ToString::to_string).collect();
+    if doubts.is_empty() { reason } else { format!("{reason}: {}", doubts.join(", ")) }
+}
+
+/// The doubts about any of these objects; about any object at all for none.
+fn relevant<'a>(doubts: &'a [Doubt], concerned: &[Name]) -> impl Iterator<Item = &'a Doubt> {
+    doubts.iter().filter(|doubt| {
+        concerned.is_empty() || doubt.objects.iter().any(|object| concerned.contains(object))
+    })
+}

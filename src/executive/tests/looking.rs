@@ -1,0 +1,114 @@
+//! Doubts and unknown facts: more frames, then other views, and never an action on a guess.
+
+use super::*;
+use crate::grounding::Doubt;
+
+const PICK: &str = "pick_up red_block arm";
+const POSES: [[f64; 3]; 2] = [[-0.3, 0.0, 0.5], [0.3, 0.0, 0.5]];
+
+fn doubt(object: &str) -> Doubt {
+    Doubt { objects: vec![object.into()], reason: "nothing under".to_owned() }
+}
+
+fn doubting(object: &str) -> Episode {
+    let mut episode = Episode::new();
+    episode.config.limits.looks_max = 6;
+    episode.scene.doubts = vec![doubt(object)];
+    episode.plan(&[PICK]);
+    episode
+}
+
+/// Every fact of the red block's support is unknown.
+fn unsure() -> Episode {
+    let mut episode = doubting("red_block");
+    for fact in &mut episode.scene.facts {
+        if fact.atom == atom("ontable red_block") {
+            fact.confirmed = Truth::Unknown;
+        }
+    }
+    episode
+}
+
+fn goal_of(decision: &Decision) -> Option<[f64; 3]> {
+    let CommandKind::Start(motion) = &decision.command.kind else { return None };
+    Some(motion.waypoints.last()?.position.coords.into())
+}
+
+#[test]
+fn a_doubt_about_the_next_step_is_looked_into() {
+    let mut episode = doubting("red_block");
+    let decision = episode.cycle();
+    assert_eq!(decision.command.kind, CommandKind::Continue);
+    assert_eq!(reasons(&decision), ["nothing under red_block"]);
+    episode.scene.doubts.clear();
+    assert!(started(&episode.cycle()).is_some(), "the doubt has gone");
+}
+
+#[test]
+fn a_doubt_about_other_objects_holds_nothing_up() {
+    assert!(started(&doubting("green_block").cycle()).is_some());
+}
+
+#[test]
+fn a_doubt_that_stays_is_told_and_put_up_with() {
+    let mut episode = doubting("red_block");
+    for _ in 0..6 {
+        assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
+    }
+    let decision = episode.cycle();
+    assert_eq!(reasons(&decision), ["no more: there is still nothing under red_block"]);
+    assert!(started(&decision).is_some());
+    episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
+    assert!(started(&episode.cycle()).is_some(), "looked into already");
+}
+
+#[test]
+fn the_goal_counts_as_reached_once_doubts_are_looked_into() {
+    let mut episode = doubting("green_block");
+    episode.plan(&[]);
+    let (n, verdict) = episode.run_out(9);
+    assert_eq!((n, verdict), (7, Verdict::Reached));
+}
+
+#[test]
+fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
+    let mut episode = unsure();
+    episode.config.motion.as_mut().unwrap().look_poses = POSES.to_vec();
+    let mut goals = Vec::new();
+    for n in 1..=12 {
+        let decision = episode.cycle();
+        if let Some(goal) = goal_of(&decision) {
+            assert_eq!(decision.command.label, format!("look from view {}", goals.len() + 1));
+            goals.push(goal);
+            let waiting = episode.hear(&[StatusKind::Accepted]);
+            assert_eq!(waiting.command.kind, CommandKind::Continue, "until it is there");
+            episode.hear(&[StatusKind::Done]);
+        }
+        if let Some(verdict) = decision.verdict {
+            let why = "the precondition of (pick_up red_block arm) is not known to hold: \
+                       nothing under red_block";
+            assert_eq!(verdict.reason(), format!("limits.looks_max: {why}"));
+            assert_eq!(goals, POSES, "cycle {n}");
+            return;
+        }
+    }
+    panic!("the episode goes on");
+}
+
+#[test]
+fn a_view_that_is_not_reached_is_broken_off() {
+    let mut episode = unsure();
+    episode.config.motion.as_mut().unwrap().look_poses = POSES.to_vec();
+    episode.config.limits.skill_timeout_s = 0.25;
+    while goal_of(&episode.cycle()).is_none() {}
+    let kinds: Vec<CommandKind> = (0..4).map(|_| episode.cycle().command.kind).collect();
+    let expected = [
+        CommandKind::Continue,
+        CommandKind::Continue,
+        CommandKind::BreakOff,
+        CommandKind::Continue,
+    ];
+    assert_eq!(kinds, expected);
+    episode.hear(&[StatusKind::BrokenOff]);
+    assert!(matches!(episode.executive.phase, Phase::Idle));
+}
