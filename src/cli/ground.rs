@@ -129,7 +129,11 @@ fn read_goal(
     let (origin, kind, text) = match (&args.instruction, &args.goal, &args.goal_image) {
         (Some(text), _, _) => ("--instruction", "instruction", text.clone()),
         (None, Some(text), _) => ("--goal", "logical", text.clone()),
-        (None, None, Some(path)) => ("--goal-image", "image", path.display().to_string()),
+        (None, None, Some(path)) => {
+            // Relative to where the program was called, not to the options' folder.
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            ("--goal-image", "image", path.display().to_string())
+        }
         (None, None, None) => return Ok(None),
     };
     let (options, base) = read_options(args.goal_options.as_deref())?;
