@@ -328,7 +328,8 @@ fn labelled(domain: &str, image: &str, predicates: &[&str]) -> BTreeSet<String> 
 #[track_caller]
 fn shows(domain: &str, image: &str, goal: &str, predicates: &[&str]) {
     let path = format!("domains/{domain}/exemplar/sim_640x480/{goal}.png");
-    let (got, n_steps) = goal_image(domain, image, Path::new(&path), &[]).unwrap();
+    let joint = ["--grounder", "s2s-joint"];
+    let (got, n_steps) = goal_image(domain, image, Path::new(&path), &joint).unwrap();
     let wanted = labelled(domain, goal, predicates);
     assert!(n_steps > 0 && !wanted.is_empty());
     for atom in &wanted {
@@ -346,6 +347,14 @@ fn an_image_of_the_goal_is_what_it_shows() {
 fn what_no_action_changes_is_not_asked_for() {
     // `smaller` is observed, too, and stays as it is.
     shows("hanoi", "a_tower_left", "d_tower_right", &["on", "on-peg", "off-peg"]);
+}
+
+#[test]
+fn a_goal_image_that_is_read_as_contradicting_itself_is_refused() {
+    // One example of a tower says little about where the other pegs' disks are.
+    let path = "domains/hanoi/exemplar/sim_640x480/d_tower_right.png";
+    let said = goal_image("hanoi", "a_tower_left", Path::new(path), &[]).unwrap_err();
+    assert!(said.contains("it is read as (on-peg blue_disk middle_peg) and (on-peg"), "{said}");
 }
 
 #[test]

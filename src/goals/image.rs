@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
+use super::language::Never;
 use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
 use crate::detectors::GroundedImage;
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
@@ -34,6 +35,7 @@ struct GoalImage {
     path: String,
     shown: GroundedImage,
     predicates: Predicates,
+    nevers: Vec<Never>,
 }
 
 /// Which predicates count.
@@ -67,7 +69,9 @@ pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalErr
             Predicates::Observed(observed.collect())
         }
     };
-    Ok(Box::new(GoalImage { path: path.display().to_string(), shown, predicates }))
+    let nevers = settings.language.as_ref().map(|language| language.nevers.clone());
+    let (path, nevers) = (path.display().to_string(), nevers.unwrap_or_default());
+    Ok(Box::new(GoalImage { path, shown, predicates, nevers }))
 }
 
 impl GoalSource for GoalImage {
@@ -93,6 +97,13 @@ impl GoalSource for GoalImage {
         if atoms.is_empty() {
             let list: Vec<&str> = predicates.iter().map(Name::as_str).collect();
             return Err(fault(format!("it shows no fact of {}", list.join(", "))));
+        }
+        for (idx, later) in atoms.iter().enumerate() {
+            let excluding = |e: &&&Atom| self.nevers.iter().any(|n| n.excludes(e, later));
+            if let Some(earlier) = atoms[..idx].iter().find(excluding) {
+                let advice = "more labelled examples or another grounder may help";
+                return Err(fault(format!("it is read as {earlier} and {later}; {advice}")));
+            }
         }
         let named: BTreeSet<&Name> = atoms.iter().flat_map(|atom| &atom.args).collect();
         let is_seen = |name: &Name| objects.iter().any(|object| object.name == *name);

@@ -131,6 +131,7 @@ impl GoalSource for LanguageModel {
             language: self.language.as_ref(),
             completed: &self.completed,
             objects: &all,
+            unseen: &unseen,
         };
         let (goal, mut notes) = self.converse(turns, &grammar, &rules)?;
         if example.is_none() {

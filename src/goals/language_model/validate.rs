@@ -3,7 +3,11 @@
 use super::super::repair::{self, Repaired};
 use super::super::{Language, lexicon};
 use super::dialect::{Answer, Form};
-use crate::pddl::{Condition, Domain, Name, SourceText, Typed, parse_goal};
+use crate::messages::named_objects;
+use crate::pddl::{Atom, Condition, Domain, Literal, Name, SourceText, Term, Typed, parse_goal};
+
+/// Most atoms that are looked at for contradictions.
+const INSTANCES_MAX: usize = 1000;
 
 /// What answers are held against.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +18,8 @@ pub(super) struct Rules<'a> {
     pub(super) completed: &'a [Name],
     /// Seen objects, then those that the instruction may mean.
     pub(super) objects: &'a [Typed],
+    /// Those of them that nobody has seen.
+    pub(super) unseen: &'a [Typed],
 }
 
 /// A goal that says something and fits the domain.
@@ -57,11 +63,75 @@ pub(super) fn judged(answer: &Answer, form: Form, rules: &Rules<'_>) -> Result<J
     if !contradictions.is_empty() {
         return Err(told(&contradictions).join("\n"));
     }
+    let instances = instances(&repaired, rules);
+    for (idx, later) in instances.iter().enumerate() {
+        let mut earlier = instances[..idx].iter();
+        let excluding = |e: &Atom| language.nevers.iter().find(|never| never.excludes(e, later));
+        if let Some((earlier, never)) = earlier.find_map(|e| Some((e, excluding(e)?))) {
+            return Err(format!("{later} excludes {earlier}: {}", never.because));
+        }
+    }
     if dropped.is_empty() {
         return Ok(Judged::Good(goal));
     }
     let dropped = told(&dropped);
     Ok(Judged::Repairable { goal: repaired, wrong: dropped.join("\n"), dropped })
+}
+
+/// The atoms that a goal asks for of the objects that are seen or named, quantifiers over one
+/// variable included.
+fn instances(goal: &Condition, rules: &Rules<'_>) -> Vec<Atom> {
+    let named = named_objects(goal);
+    let is_there = |o: &&Typed| named.contains(&o.name) || !rules.unseen.contains(o);
+    let objects: Vec<&Typed> = rules.objects.iter().filter(is_there).collect();
+    let mut atoms = repair::ground_atoms(goal);
+    let mut open = vec![goal];
+    while let Some(condition) = open.pop() {
+        match condition {
+            Condition::And(parts) => open.extend(parts),
+            Condition::Forall(variables, body) => {
+                let [variable] = variables.as_slice() else { continue };
+                let fitting = objects.iter();
+                let fitting =
+                    fitting.filter(|o| rules.domain.types.fits(&o.types, &variable.types));
+                let with = fitting.flat_map(|o| {
+                    repair::ground_atoms(&substituted(body, &variable.name, &o.name))
+                });
+                atoms.extend(with.take(INSTANCES_MAX - atoms.len().min(INSTANCES_MAX)));
+            }
+            Condition::True
+            | Condition::False
+            | Condition::Atom(_)
+            | Condition::Equal(..)
+            | Condition::Not(_)
+            | Condition::Or(_)
+            | Condition::Exists(..) => {}
+        }
+    }
+    atoms
+}
+
+/// A conjunction of atoms with an object in the place of a variable; other parts ask for no atom.
+fn substituted(condition: &Condition, variable: &Name, object: &Name) -> Condition {
+    match condition {
+        Condition::And(parts) => {
+            Condition::And(parts.iter().map(|p| substituted(p, variable, object)).collect())
+        }
+        Condition::Atom(Literal { predicate, args }) => {
+            let args = args.iter().map(|term| match term {
+                Term::Var(name) if name == variable => Term::Object(object.clone()),
+                Term::Var(_) | Term::Object(_) => term.clone(),
+            });
+            Condition::Atom(Literal { predicate: predicate.clone(), args: args.collect() })
+        }
+        Condition::True
+        | Condition::False
+        | Condition::Equal(..)
+        | Condition::Not(_)
+        | Condition::Or(_)
+        | Condition::Exists(..)
+        | Condition::Forall(..) => Condition::True,
+    }
 }
 
 /// Whether any atom stands in a condition.
@@ -126,6 +196,7 @@ mod tests {
             language: Some(&language),
             completed: &completed,
             objects: &objects,
+            unseen: &objects[2..],
         };
         let answer = Answer { text: answer.to_owned(), is_cut: false };
         match (judged(&answer, form, &rules), expected) {
@@ -177,6 +248,8 @@ mod tests {
             ("(and)", "asks for nothing"),
             ("(and (on a b) (on b a))", "circle"),
             ("(and (on a b) (on a c))", "a block stands on one block only"),
+            ("(and (forall (?x - block) (on ?x c)))", "a block carries one block only"),
+            ("(and (on b c) (forall (?x - block) (and (on a ?x) (clear c))))", "excludes"),
         ] {
             check(answer, Form::Pddl, Err(wanted));
         }
