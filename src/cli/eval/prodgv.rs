@@ -197,7 +197,8 @@ fn goals(name: &str) -> Result<Goals, Failure> {
 }
 
 fn unknown<T>(key: &str, own: &[&str], table: &[(&str, T)], got: &str) -> Failure {
-    let known = own.iter().copied().chain(table.iter().map(|(name, _)| *name));
+    let table = table.iter().map(|(name, _)| *name).filter(|name| !own.contains(name));
+    let known = own.iter().copied().chain(table);
     let expected = known.collect::<Vec<_>>().join(" or ");
     ConfigError::Value { key: key.to_owned(), expected, got: got.to_owned() }.into()
 }

@@ -23,8 +23,9 @@ pub(super) fn print_report(report: &Report) {
     }
     out::line("");
     out::line(
-        "P|R: precision and recall of observed facts, over the pairs. The paper's plan validity \
-         mixes\nevaluated pairs with all files; both are measured here.",
+        "P|R: precision and recall of observed facts, over the pairs. Published rows are quoted from \
+         the\npaper, over the whole data set; none is measured here. Their plan validity mixes \
+         evaluated pairs\nwith all files, which the measured table keeps apart.",
     );
     for (name, domain) in &report.domains {
         if !domain.failures.is_empty() {

@@ -1,22 +1,25 @@
 //! All pairs of one domain: detections in, episodes out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use image::RgbImage;
 
 use super::episode::{Episode, EpisodeInput, EpisodeParts, carry_out, match_all};
-use super::goal::GoalFrom;
+use super::goal::{self, GoalFrom};
 use super::jitter::{Jitter, disturbed};
-use super::pairs::{is_evaluated, ordered_pairs};
+use super::pairs::is_evaluated;
 use super::recorded::Pair;
 use super::score::{Counts, score};
 use super::{DomainData, EvalError, Labelled, Vocabulary};
 use crate::config::{ConfigError, choose, environment};
-use crate::detectors::{Detector, ImageView, name_detections};
+use crate::detectors::{
+    Detector, ImageView, MergeRule, Sighted, merge, name_detections, phrase_of_name,
+};
 use crate::geometry::PixelBox;
-use crate::goals::{self, GoalSettings};
+use crate::goals::{self, GoalSettings, GoalSource};
 use crate::grounding::{Exemplar, Exemplars, GROUNDERS, Grounder, ObjectBox};
+use crate::pddl::Atom;
 use crate::planners::Planner;
 
 /// Where the boxes of the test photographs come from.
@@ -97,18 +100,12 @@ pub fn evaluate(
             Detections::Recorded | Detections::Annotated => None,
         };
         for test in data.problems.iter().filter(|test| test.number != exemplar.number) {
-            let pair = (exemplar.number, test.number);
-            let boxes = match &mut detector {
-                Some(detector) => detect(&mut **detector, vocabulary, &pictures[&test.number])?,
-                None if *setup.detections == Detections::Annotated => Some(test.boxes.clone()),
-                None => data.recorded_detections(pair)?,
-            };
             let step = Step { data, vocabulary, setup, grounder: &*grounder, exemplar, test };
-            step.add(boxes, &mut evaluation)?;
-            done(pair);
+            let looking = detector.as_deref_mut().zip(pictures.get(&test.number));
+            step.add(looking, &mut evaluation)?;
+            done(step.pair());
         }
     }
-    debug_assert!(evaluation.episodes.len() <= ordered_pairs(&data.problems).len());
     Ok(evaluation)
 }
 
@@ -122,44 +119,56 @@ struct Step<'a> {
     test: &'a Labelled,
 }
 
+/// A detector and the photograph that it looks at.
+type Looking<'d, 'p> = Option<(&'d mut (dyn Detector + 'static), &'p RgbImage)>;
+
 impl Step<'_> {
+    fn pair(&self) -> Pair {
+        (self.exemplar.number, self.test.number)
+    }
+
     fn add(
         &self,
-        boxes: Option<Vec<ObjectBox>>,
+        mut looking: Looking<'_, '_>,
         evaluation: &mut Evaluation,
     ) -> Result<(), EvalError> {
-        let pair = (self.exemplar.number, self.test.number);
+        let pair = self.pair();
+        let recorded_boxes = self.data.recorded_detections(pair)?;
+        let boxes = match (&mut looking, self.setup.detections) {
+            (Some((detector, picture)), _) => {
+                Some(detect(&mut **detector, self.vocabulary, picture, &[])?)
+            }
+            (None, Detections::Annotated) => Some(self.test.boxes.clone()),
+            (None, _) => recorded_boxes.clone(),
+        };
         let mut missing =
             |what: &str| evaluation.left_out.push((pair, format!("{what} not recorded")));
-        let Some(boxes) = boxes else {
+        let Some(mut boxes) = boxes else {
             missing("detections");
             return Ok(());
         };
-        let recorded_boxes = self.data.recorded_detections(pair)?;
-        let recorded_facts = self.data.recorded_facts(pair)?;
-        let stub = self.data.recorded_goal(pair)?;
-        let source = match self.setup.goals {
-            Goals::Source(kind) => {
-                let Some(instruction) = &self.test.instruction else {
-                    missing("instruction");
-                    return Ok(());
-                };
-                let folder = &self.vocabulary.folder;
-                let origin = format!("problem {}: instruction", self.test.number);
-                let (options, base) = self.setup.goal_options;
-                let settings = GoalSettings {
-                    perception: Some(&folder.perception),
-                    options,
-                    folder: base,
-                    environment,
-                    ..GoalSettings::new(&origin, instruction.trim(), folder.language.clone())
-                };
-                Some(goals::build(kind, &settings).map_err(ConfigError::from)?)
+        let parsed = match (self.setup.goals, &self.test.instruction) {
+            (Goals::Recorded | Goals::Truth, _) => None,
+            (Goals::Source(_), None) => {
+                missing("instruction");
+                return Ok(());
             }
-            Goals::Recorded | Goals::Truth => None,
+            (Goals::Source(kind), Some(text)) => {
+                let source = self.goal_source(kind, text)?;
+                Some(goal::ask(&*source, self.vocabulary, &boxes)?)
+            }
         };
-        let goal = match (&source, self.setup.goals, &stub, &recorded_boxes) {
-            (Some(source), ..) => GoalFrom::Source(&**source),
+        if let (Some((detector, picture)), Some(Ok(parsed))) = (&mut looking, &parsed)
+            && !parsed.expected.is_empty()
+        {
+            // What the goal names and the detector has not named is asked for by its phrase.
+            let phrases: Vec<String> =
+                parsed.expected.iter().map(|object| phrase_of_name(&object.name)).collect();
+            boxes = detect(&mut **detector, self.vocabulary, picture, &phrases)?;
+        }
+        let stub = self.data.recorded_goal(pair)?;
+        let goal = match (&parsed, self.setup.goals, &stub, &recorded_boxes) {
+            (Some(parsed), ..) => GoalFrom::Parsed(parsed),
             (None, Goals::Truth, ..) => GoalFrom::Truth(&self.test.problem.goal),
             (None, _, Some(stub), Some(boxes)) => GoalFrom::Recorded { stub, boxes },
             (None, ..) => {
@@ -167,21 +176,46 @@ impl Step<'_> {
                 return Ok(());
             }
         };
-        let evaluated = is_evaluated(self.exemplar, self.test);
+        let recorded_facts = self.data.recorded_facts(pair)?;
         let recorded = recorded_facts.as_ref().zip(recorded_boxes.as_deref());
-        let input =
-            EpisodeInput { pair, evaluated, test: self.test, boxes: &boxes, goal, recorded };
+        let episode = self.carry_out(&boxes, goal, recorded);
+        if let Some(jitter) = self.setup.jitter.filter(|_| episode.evaluated) {
+            self.add_jittered(&boxes, jitter, &mut evaluation.jittered);
+        }
+        evaluation.episodes.push(episode);
+        Ok(())
+    }
+
+    fn carry_out(
+        &self,
+        boxes: &[ObjectBox],
+        goal: GoalFrom<'_>,
+        recorded: Option<(&BTreeSet<Atom>, &[ObjectBox])>,
+    ) -> Episode {
+        let evaluated = is_evaluated(self.exemplar, self.test);
+        let (pair, test) = (self.pair(), self.test);
+        let input = EpisodeInput { pair, evaluated, test, boxes, goal, recorded };
         let parts = EpisodeParts {
             vocabulary: self.vocabulary,
             grounder: self.grounder,
             planner: self.setup.planner,
             repair_goals: self.setup.repair_goals,
         };
-        evaluation.episodes.push(carry_out(&parts, &input));
-        if let Some(jitter) = self.setup.jitter.filter(|_| evaluated) {
-            self.add_jittered(&boxes, jitter, &mut evaluation.jittered);
-        }
-        Ok(())
+        carry_out(&parts, &input)
+    }
+
+    fn goal_source(&self, kind: &str, instruction: &str) -> Result<Box<dyn GoalSource>, EvalError> {
+        let folder = &self.vocabulary.folder;
+        let origin = format!("problem {}: instruction", self.test.number);
+        let (options, base) = self.setup.goal_options;
+        let settings = GoalSettings {
+            perception: Some(&folder.perception),
+            options,
+            folder: base,
+            environment,
+            ..GoalSettings::new(&origin, instruction.trim(), folder.language.clone())
+        };
+        Ok(goals::build(kind, &settings).map_err(ConfigError::from)?)
     }
 
     /// States from disturbed boxes; nothing is planned from them.
@@ -249,22 +283,26 @@ fn detector(
     Ok(vocabulary.folder.detector(name, setup.detector_options, &examples)?)
 }
 
+/// What the detector sees; objects that a phrase singles out take its name.
 fn detect(
     detector: &mut dyn Detector,
     vocabulary: &Vocabulary,
     picture: &RgbImage,
-) -> Result<Option<Vec<ObjectBox>>, EvalError> {
+    phrases: &[String],
+) -> Result<Vec<ObjectBox>, EvalError> {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let view = ImageView::new(width, height, picture.as_raw())
         .map_err(|source| ConfigError::Image { path: "photograph".to_owned(), source })?;
-    let sighted = detector.detect(&view, &[]).map_err(ConfigError::from)?;
-    let names = name_detections(&vocabulary.folder.perception, &sighted.objects);
-    let boxes = names.into_iter().zip(&sighted.objects).map(|(name, d)| ObjectBox {
+    let Sighted { objects, phrases } =
+        detector.detect(&view, phrases).map_err(ConfigError::from)?;
+    let names = name_detections(&vocabulary.folder.perception, &objects);
+    let names = merge(&names, &objects, &phrases, MergeRule::Fitting).names;
+    let boxes = names.into_iter().zip(&objects).map(|(name, d)| ObjectBox {
         name,
         type_name: d.type_name.clone(),
         pixel_box: d.pixel_box,
         volume: None,
         mask: Some(d.mask.as_slice().into()).filter(|_| !d.mask.is_empty()),
     });
-    Ok(Some(boxes.collect()))
+    Ok(boxes.collect())
 }

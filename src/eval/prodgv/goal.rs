@@ -1,10 +1,11 @@
 //! The goal of one episode, over the objects that were detected.
 
-use super::Vocabulary;
 use super::matching::{Matching, nearest};
 use super::rename::{self, Nameless};
+use super::{EvalError, Vocabulary};
+use crate::config::ConfigError;
 use crate::detectors::label_of;
-use crate::goals::{GoalObject, GoalSource, Language, repaired};
+use crate::goals::{GoalError, GoalObject, GoalSource, Language, ParsedGoal, repaired};
 use crate::grounding::ObjectBox;
 use crate::pddl::{Condition, Name, SourceText, Typed, parse_goal};
 
@@ -20,8 +21,8 @@ pub enum GoalFrom<'a> {
     },
     /// The problem's own goal.
     Truth(&'a Condition),
-    /// One of the goal sources.
-    Source(&'a dyn GoalSource),
+    /// What a goal source understood.
+    Parsed(&'a Result<ParsedGoal, GoalFault>),
 }
 
 /// Why there is no goal.
@@ -66,7 +67,14 @@ pub(super) fn read(
             };
             rename::condition(goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
         }
-        GoalFrom::Source(source) => read_source(source, vocabulary, (boxes, objects)),
+        GoalFrom::Parsed(parsed) => {
+            let parsed = parsed.as_ref().map_err(GoalFault::clone)?;
+            let is_seen = |name: &Name| objects.iter().any(|object| object.name == *name);
+            match parsed.expected.iter().find(|expected| !is_seen(&expected.name)) {
+                Some(missing) => Err(GoalFault::not_seen(&missing.name)),
+                None => Ok(parsed.goal.clone()),
+            }
+        }
     }
 }
 
@@ -93,15 +101,20 @@ fn read_recorded(
     rename::condition(&goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
 }
 
-fn read_source(
+/// Asks a goal source, over what was detected.
+///
+/// # Errors
+/// [`EvalError`] when the source itself is at fault: its options, its key, its service. Words that
+/// are not understood are a fault of the goal.
+pub(super) fn ask(
     source: &dyn GoalSource,
     vocabulary: &Vocabulary,
-    (boxes, objects): (&[ObjectBox], &[Typed]),
-) -> Result<Condition, GoalFault> {
+    boxes: &[ObjectBox],
+) -> Result<Result<ParsedGoal, GoalFault>, EvalError> {
     let perception = &vocabulary.folder.perception;
     let language = vocabulary.folder.language.as_ref();
     let kind = |name: &Name| language.and_then(|language| kind_of(language, name));
-    let objects: Vec<GoalObject> = objects
+    let objects: Vec<GoalObject> = super::episode::objects_of(vocabulary, boxes)
         .iter()
         .map(|object| {
             let seen = boxes.iter().find(|b| b.name == object.name);
@@ -115,13 +128,26 @@ fn read_source(
             }
         })
         .collect();
-    let parsed = source.read(&vocabulary.shipped, &objects).map_err(|error| GoalFault {
-        not_seen: error.may_resolve_later(),
-        why: one_line(&error.to_string()),
-    })?;
-    match parsed.expected.first() {
-        Some(missing) => Err(GoalFault::not_seen(&missing.name)),
-        None => Ok(parsed.goal),
+    match source.read(&vocabulary.shipped, &objects) {
+        Ok(parsed) => Ok(Ok(parsed)),
+        Err(GoalError::NoService { what, how }) => Err(ConfigError::Missing { what, how }.into()),
+        Err(
+            error @ (GoalError::UnknownKind { .. }
+            | GoalError::NoLanguage {}
+            | GoalError::Language { .. }
+            | GoalError::Options { .. }
+            | GoalError::Key { .. }),
+        ) => Err(ConfigError::from(error).into()),
+        Err(
+            error @ (GoalError::Logical { .. }
+            | GoalError::Instruction { .. }
+            | GoalError::GaveUp { .. }
+            | GoalError::Image { .. }
+            | GoalError::NotYet { .. }),
+        ) => Ok(Err(GoalFault {
+            not_seen: error.may_resolve_later(),
+            why: one_line(&error.to_string()),
+        })),
     }
 }
 
