@@ -51,7 +51,11 @@ fn expand(
             };
             fitting.flat_map(|o| expand(body, domain, objects, &bind(o))).collect()
         }
-        _ => panic!("no conjunctive goal: {goal}"),
+        Condition::False
+        | Condition::Equal(..)
+        | Condition::Not(_)
+        | Condition::Or(_)
+        | Condition::Exists(..) => panic!("no conjunctive goal: {goal}"),
     }
 }
 
@@ -216,7 +220,7 @@ fn paraphrases_of_blocksworld() {
         &blocks
             .map(|name| format!("ontable {}", name.replace(":block", "")))
             .each_ref()
-            .map(|s| s.as_str()),
+            .map(String::as_str),
     );
 }
 

@@ -1,4 +1,4 @@
-//! Goals of kind "language_model" against servers that answer well, badly, or not at all.
+//! Goals of kind `language_model` against servers that answer well, badly, or not at all.
 
 #![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 

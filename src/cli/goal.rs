@@ -153,7 +153,9 @@ fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
         let types: Vec<&str> = typed.types.iter().map(Name::as_str).collect();
         out::line(&format!("expected {} - {}", typed.name, types.join("/")));
     }
-    notes.iter().for_each(|note| out::line(&format!("note     {note}")));
+    for note in notes {
+        out::line(&format!("note     {note}"));
+    }
     Ok(())
 }
 

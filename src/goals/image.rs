@@ -62,13 +62,9 @@ pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalErr
         return Err(fault("there is no detector with labelled examples to read it".to_owned()));
     };
     let shown = look(&path).map_err(fault)?;
-    let predicates = match options.predicates {
-        Some(chosen) => Predicates::Chosen(chosen),
-        None => {
-            let observed = perception.observed.iter().map(|spec| spec.predicate.clone());
-            Predicates::Observed(observed.collect())
-        }
-    };
+    let observed = || perception.observed.iter().map(|spec| spec.predicate.clone()).collect();
+    let predicates =
+        options.predicates.map_or_else(|| Predicates::Observed(observed()), Predicates::Chosen);
     let nevers = settings.language.as_ref().map(|language| language.nevers.clone());
     let (path, nevers) = (path.display().to_string(), nevers.unwrap_or_default());
     Ok(Box::new(GoalImage { path, shown, predicates, nevers }))

@@ -78,8 +78,7 @@ impl Cache {
 
     fn path(&self, request: &Value) -> PathBuf {
         let digest = Sha256::digest(request.to_string().as_bytes());
-        let name: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        self.folder.join(name).with_extension("json")
+        self.folder.join(format!("{digest:x}.json"))
     }
 }
 

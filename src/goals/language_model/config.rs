@@ -1,4 +1,4 @@
-//! `[goal.options]` of a goal of kind "language_model".
+//! `[goal.options]` of a goal of kind `language_model`.
 
 use std::path::PathBuf;
 

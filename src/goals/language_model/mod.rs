@@ -1,4 +1,4 @@
-//! Goals of kind "language_model": a server of the OpenAI kind reads the instruction.
+//! Goals of kind `language_model`: a server of the OpenAI kind reads the instruction.
 //!
 //! The model is told the domain, the objects and one worked example; where the server can, a grammar
 //! or a schema holds it to the form. Every answer is checked here as if there were no such thing, and
@@ -34,7 +34,7 @@ const ANSWER_CHARS_MAX: usize = 2000;
 /// Most bytes of an instruction.
 const INSTRUCTION_BYTES_MAX: usize = lexicon::INSTRUCTION_BYTES_MAX;
 
-/// The goal source of kind "language_model".
+/// The goal source of kind `language_model`.
 #[derive(Debug)]
 struct LanguageModel {
     origin: String,
@@ -48,7 +48,7 @@ struct LanguageModel {
     cache: Option<Cache>,
 }
 
-/// Makes the goal source of kind "language_model".
+/// Makes the goal source of kind `language_model`.
 ///
 /// # Errors
 /// [`GoalError::Options`] for options that are not as documented, [`GoalError::Key`] when the
