@@ -128,6 +128,25 @@ fn other_detections_goals_and_noise_are_measured_too() {
     assert_eq!(*jitter, report(&noisy)["hanoi"]["jitter"], "the same seeds give the same figures");
 }
 
+#[test]
+fn the_joint_grounder_reaches_what_the_detections_allow() {
+    let Some(checkout) = data("prodgv", "photographs and recorded results") else { return };
+    let report = report(&checkout, &["--grounder", "s2s-joint"]);
+    assert_eq!(report["repair_goals"], true, "only the reference takes goals as they are");
+    for (name, n_right, n_success) in
+        [("cooking", 12, 9), ("blocksworld", 14, 14), ("hanoi", 16, 16)]
+    {
+        let domain = &report["domains"][name];
+        let number = |value: &Value| value.as_u64().unwrap();
+        assert!(number(&domain["exact_states"]) >= n_right, "{name}: {domain}");
+        assert!(number(&domain["success"][0]) >= n_success, "{name}: {domain}");
+    }
+    // A disk that was not detected leaves a gap: what depends on it is unknown, and not predicted.
+    let hanoi = &report["domains"]["hanoi"];
+    assert!(hanoi["unknown"].as_u64() > Some(0) && hanoi["doubts"].as_u64() > Some(0), "{hanoi}");
+    assert!(hanoi["inferred"].as_u64() > Some(0) && hanoi["fp"] == 0, "{hanoi}");
+}
+
 /// A photograph of blocks: who stands where. Columns from the left, heights from the table, counted
 /// in blocks of 20 pixels.
 type Stacks = &'static [&'static [&'static str]];
@@ -366,6 +385,22 @@ fn a_missed_object_misses_every_listed_fact_and_an_invented_one_is_wrong() {
     assert_eq!(only(&domain, &["tp", "fp", "fn"]), json!({"tp": 6, "fp": 1, "fn": 0}));
     assert_eq!(domain["failures"][0]["why"], "pink_block is not there");
     assert_eq!(domain["details"][0]["wrong"], json!(["(on pink_block blue_block)"]));
+}
+
+#[test]
+fn each_evaluated_test_is_drawn_on_request() {
+    let checkout = Checkout::new();
+    let pictures = checkout.path().join("pictures");
+    let report = report(checkout.path(), &["--pictures", pictures.to_str().unwrap()]);
+    assert_eq!(report["domains"]["blocksworld"]["pairs"], 6);
+    let mut drawn: Vec<String> = fs::read_dir(&pictures)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    drawn.sort();
+    let pair = |(e, t)| format!("blocksworld_ex{e}_test{t}.png");
+    assert_eq!(drawn, [(12, 1), (12, 2), (1, 12), (1, 2), (2, 1), (2, 12)].map(pair));
+    assert!(image::open(pictures.join(&drawn[0])).unwrap().width() > 1000);
 }
 
 #[test]
