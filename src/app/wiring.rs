@@ -10,7 +10,8 @@ use crate::actors::{
     ActorError, ActorSpec, Chaos, Keep, Serve, goal_parser, planner, scene_parser, skill_executor,
 };
 use crate::config::{
-    CameraKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment, in_data,
+    CameraKind, ClockKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment,
+    in_data,
 };
 use crate::detectors::Detector;
 use crate::eval::EpisodeEnd;
@@ -135,7 +136,10 @@ impl Prepared {
             hull: self.config.robot.hull.clone(),
         };
         // The first one is made before anything starts, so that no frame waits for its tables.
-        let first = Mutex::new(Some(self.detector()?));
+        let first = self.detector()?;
+        let perception = &self.config.perception;
+        let beside = perception.beside.unwrap_or(first.is_slow());
+        let first = Mutex::new(Some(first));
         let this = self.clone();
         let detector = move || {
             let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
@@ -146,6 +150,8 @@ impl Prepared {
             vocabulary: Arc::clone(&shared.vocabulary),
             config: Arc::new(config),
             detector: Arc::new(detector),
+            detector_name: perception.detector.clone(),
+            beside: beside && self.config.clock == ClockKind::Realtime,
             image_size: self.image_size(),
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
             keep: shared.scenes.clone(),

@@ -101,6 +101,9 @@ pub struct PerceptionConfig {
     pub detector: String,
     /// The detector's own options.
     pub options: Option<toml::Table>,
+    /// Whether the detector works beside the loop instead of in it (realtime only): the loop goes
+    /// on with the last scene, at that scene's age. Without the key, slow detectors do.
+    pub beside: Option<bool>,
     /// A key of `grounding::GROUNDERS`.
     pub grounder: String,
     /// The labelled examples of this camera.
@@ -224,6 +227,10 @@ impl RunConfig {
         if self.clock == ClockKind::Lockstep && sim != [true, true] {
             let got = "lockstep".to_owned();
             return value("clock", "\"realtime\", unless camera and robot are simulated", got);
+        }
+        if self.clock == ClockKind::Lockstep && self.perception.beside == Some(true) {
+            let got = "true in lockstep, where every frame waits for its answer".to_owned();
+            return value("perception.beside", "false, or clock = \"realtime\"", got);
         }
         if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
             return value("robot.motion", "a table, for a robot that acts", "none".to_owned());

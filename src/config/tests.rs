@@ -128,6 +128,7 @@ fn settings_that_are_no_settings_are_told() {
         ("lense.f=3", "unknown field `lense`"),
         ("seed=many", "invalid type: string \"many\""),
         ("camera.rate_hz=0", "camera.rate_hz: expected a positive number, got 0"),
+        ("perception.beside=true", "perception.beside: expected false, or clock = \"realtime\""),
         ("camera.rate_hz=nan", "camera.rate_hz: expected a positive number, got NaN"),
     ] {
         let message = load(BLOCKS, &[set]).unwrap_err().to_string();

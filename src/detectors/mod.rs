@@ -19,6 +19,7 @@ mod options;
 mod annotated;
 mod looks;
 mod http;
+mod onnx;
 mod volume;
 mod compose;
 
@@ -183,5 +184,9 @@ pub struct DetectorSettings<'a> {
 pub type Build = fn(&DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError>;
 
 /// Every detector by its name in configuration files, in alphabetical order.
-pub const DETECTORS: &[(&str, Build)] =
-    &[("annotated", annotated::build), ("colour", colour::build), ("http", http::build)];
+pub const DETECTORS: &[(&str, Build)] = &[
+    ("annotated", annotated::build),
+    ("colour", colour::build),
+    ("http", http::build),
+    ("onnx", onnx::build),
+];

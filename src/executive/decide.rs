@@ -176,11 +176,11 @@ impl Executive {
 
     /// Waits for one more frame, at most `limits.looks_max` times in a row.
     pub(super) fn look(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
-        self.looks += 1;
+        self.looks += u32::from(cycle.is_new_frame);
         if self.looks > cycle.config.limits.looks_max {
             return Answer::End(Verdict::GaveUp { limit: Limit::Looks, detail: reason });
         }
-        if self.looks == 1 {
+        if self.looks == 1 && cycle.is_new_frame {
             cycle.note(Note::Look { reason });
         }
         Answer::Command(CommandKind::Continue)
@@ -188,7 +188,7 @@ impl Executive {
 
     /// Waits for objects that the goal names.
     fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
-        self.unseen_frames += 1;
+        self.unseen_frames += u32::from(cycle.is_new_frame);
         let detail = if objects.is_empty() {
             "what is seen does not allow the goal to be understood".to_owned()
         } else {
@@ -197,7 +197,7 @@ impl Executive {
         if self.unseen_frames > cycle.config.limits.unseen_frames_max {
             return Answer::End(Verdict::GaveUp { limit: Limit::UnseenFrames, detail });
         }
-        if self.unseen_frames == 1 {
+        if self.unseen_frames == 1 && cycle.is_new_frame {
             let reason = if objects.is_empty() {
                 "the goal cannot be understood before more is seen".to_owned()
             } else {

@@ -120,6 +120,8 @@ pub struct Executive {
     /// Doubts that another look did not remove.
     put_up_with: BTreeSet<Doubt>,
     unseen_frames: u32,
+    /// The picture that the last cycle rested on.
+    last_frame: Option<u64>,
     visits: BTreeMap<String, u32>,
     last_dispatch_state: Option<String>,
     started_ns: Option<u64>,
@@ -149,6 +151,8 @@ impl Executive {
             notes: Vec::new(),
             outcomes: Vec::new(),
             replanned: false,
+            is_new_frame: self.last_frame.replace(input.scene.cause.frame_sequence)
+                != Some(input.scene.cause.frame_sequence),
         };
         self.counts.cycles += 1;
         self.started_ns.get_or_insert(input.scene.cause.capture_ns);
@@ -234,6 +238,9 @@ struct Cycle<'a> {
     notes: Vec<Note>,
     outcomes: Vec<StepOutcome>,
     replanned: bool,
+    /// Whether the scene rests on another picture than that of the last cycle: while a detector
+    /// works beside the loop, one scene is carried over several frames.
+    is_new_frame: bool,
 }
 
 impl Cycle<'_> {

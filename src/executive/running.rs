@@ -87,8 +87,11 @@ impl Executive {
     /// Judges a step that has ended, once the scene has settled.
     pub(super) fn judge(&mut self, cycle: &mut Cycle<'_>) {
         let Phase::Settling(settling) = &mut self.phase else { return };
-        settling.frames += 1;
-        let waiting = !cycle.is_settled() && settling.frames <= cycle.config.limits.looks_max;
+        settling.frames += u32::from(cycle.is_new_frame);
+        // What was seen before the end says nothing about what came of it.
+        let is_older = cycle.input.scene.cause.capture_ns < settling.ended_ns;
+        let waiting =
+            (is_older || !cycle.is_settled()) && settling.frames <= cycle.config.limits.looks_max;
         if waiting {
             return;
         }

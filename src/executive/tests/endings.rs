@@ -119,6 +119,36 @@ fn an_object_that_is_never_seen_is_named() {
     check(&verdict, "limits.unseen_frames_max", "never seen: pink_block, cup");
 }
 
+/// While a slow detector works beside the loop, its last scene is carried over many frames.
+#[test]
+fn a_scene_that_is_carried_forward_is_not_another_look() {
+    let mut episode = Episode::new();
+    episode.config.limits.looks_max = 2;
+    episode.scene.unsettled = 1;
+    episode.plan(&[PICK]);
+    for _ in 0..2 {
+        assert_eq!(episode.cycle().verdict, None);
+        for _ in 0..9 {
+            let decision = episode.carry(&[]);
+            assert_eq!((decision.verdict, decision.notes), (None, Vec::new()));
+        }
+    }
+    check(&episode.cycle().verdict.unwrap(), "limits.looks_max", "the scene is not settled");
+}
+
+#[test]
+fn what_was_seen_before_a_step_ended_does_not_judge_it() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    let early = episode.carry(&[StatusKind::Done]);
+    assert!(early.verdict.is_none() && reasons(&early).is_empty());
+    assert_eq!(episode.executive.counts.skills_failed, 0);
+    episode.see(&blocks(&[], Some("red_block")));
+    episode.cycle();
+    let counts = episode.executive.counts;
+    assert_eq!((counts.skills_done, counts.skills_failed), (1, 0));
+}
+
 #[test]
 fn failures_are_bounded_and_the_worst_step_is_named() {
     let mut episode = Episode::new();

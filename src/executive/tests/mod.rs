@@ -148,6 +148,18 @@ impl Episode {
         cause.frame_sequence += 1;
         cause.capture_ns += FRAME_NS;
         let capture_ns = cause.capture_ns;
+        self.decide(kinds, capture_ns)
+    }
+
+    /// One frame later, but the scene is still that of the last picture; the robot has said `kinds`
+    /// of its last command since.
+    fn carry(&mut self, kinds: &[StatusKind]) -> Decision {
+        self.scene.cause.cycle += 1;
+        let now_ns = self.scene.cause.capture_ns + FRAME_NS;
+        self.decide(kinds, now_ns)
+    }
+
+    fn decide(&mut self, kinds: &[StatusKind], capture_ns: u64) -> Decision {
         let command_id = self.executive.last_command_id;
         let status =
             |kind: &StatusKind| Status { sequence: 0, capture_ns, command_id, kind: kind.clone() };

@@ -1,0 +1,196 @@
+//! The detector beside the loop: no frame waits for it.
+//!
+//! The detector gets the newest frame whenever it is free. Its answer is parsed with what belongs
+//! to that frame (depth, robot state, commands and statuses heard until then), so the scene says
+//! when the picture was taken that it rests on. For the frames in between the loop carries that
+//! scene forward as it is, with its stamps: nothing new is believed, nothing is confirmed by the
+//! same picture twice, and the executor starts no step on a scene that is too old.
+
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep_until};
+
+use super::thread::{Answer, DetectorThread, Look};
+use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_depth};
+use crate::actors::{ActorError, Fatal};
+use crate::detectors::DepthView;
+use crate::messages::Scene;
+use crate::transport::Received;
+use crate::transport::convert::frame_from_wire;
+use crate::transport::wire::FrameHeader;
+
+/// Pause after a first failure of the detector, milliseconds; doubles with each one in a row.
+const RETRY_MS_MIN: u64 = 100;
+/// Longest such pause, milliseconds: a service that is back is noticed within it.
+const RETRY_MS_MAX: u64 = 5_000;
+
+/// What one incarnation works with.
+struct Tools {
+    thread: DetectorThread,
+    depths: Option<Received<FrameHeader, u8>>,
+    /// Why the last frame came to nothing.
+    bad_frame: Option<Rejection>,
+    /// Why the last answer did.
+    bad_answer: Option<Rejection>,
+    /// Failures of the detector in a row.
+    n_failures: u32,
+    /// When the detector may be asked again.
+    next_try: Instant,
+    /// When frames have been missing for too long.
+    frame_deadline: Instant,
+    /// When an answer has; `None` before a frame has been given to the detector.
+    answer_deadline: Option<Instant>,
+}
+
+pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
+    let now = Instant::now();
+    let mut tools = Tools {
+        thread: DetectorThread::start(args.detector.clone())?,
+        depths: None,
+        bad_frame: None,
+        bad_answer: None,
+        n_failures: 0,
+        next_try: now,
+        frame_deadline: now + args.wait,
+        answer_deadline: None,
+    };
+    let mut memory = args.keep.load();
+    loop {
+        let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
+        let usable = |frame: Received<FrameHeader, u8>| match check(args, &frame) {
+            Ok(()) => Ok(frame),
+            Err(reason) => {
+                memory.rejected += 1;
+                tools.bad_frame = Some(Rejection::unusable(&reason));
+                Err(reason)
+            }
+        };
+        tokio::select! {
+            biased;
+            answer = tools.thread.answer() => {
+                take_answer(args, &mut memory, &mut tools, &ports, answer?)?;
+            }
+            frame = ports.rgb.newest_of(usable) => {
+                take_frame(args, &mut memory, &mut tools, &mut ports, &frame?)?;
+            }
+            () = sleep_until(deadline) => return Err(tools.too_late(args).into()),
+        }
+        args.keep.store(memory.clone());
+    }
+}
+
+/// A frame has come: it goes to the detector if that is free, and the loop goes on with what it
+/// has.
+fn take_frame(
+    args: &Args,
+    memory: &mut Memory,
+    tools: &mut Tools,
+    ports: &mut Ports,
+    frame: &Received<FrameHeader, u8>,
+) -> Result<(), ActorError> {
+    if let Some(newer) = ports.depth.drain_newest()? {
+        tools.depths = Some(newer);
+    }
+    let header = frame.header();
+    if memory.last_frame == Some(header.sequence) {
+        return Ok(()); // a restarted camera shows the same frame again
+    }
+    args.chaos.message("scene_parser");
+    memory.hear(ports, &args.vocabulary)?;
+    memory.last_frame = Some(header.sequence);
+    memory.missed = ports.rgb.drops().missed;
+    let now = Instant::now();
+    tools.frame_deadline = now + args.wait;
+    if !tools.thread.is_busy() && now >= tools.next_try {
+        match look(args, memory, tools, frame) {
+            Ok(look) => {
+                tools.thread.offer(look)?;
+                tools.answer_deadline.get_or_insert(now + args.wait);
+            }
+            Err(rejection) => memory.reject(&rejection),
+        }
+    }
+    if let Some(scene) = &mut memory.carried {
+        scene.cause.cycle = memory.cycle;
+        (scene.detect_us, scene.ground_us) = (0, 0);
+        memory.cycle += 1;
+        ports.publish(args, scene)?;
+    }
+    Ok(())
+}
+
+/// A frame with all that belongs to it, for the detector.
+fn look(
+    args: &Args,
+    memory: &Memory,
+    tools: &Tools,
+    frame: &Received<FrameHeader, u8>,
+) -> Result<Look, Rejection> {
+    let header = frame.header();
+    let view = frame_from_wire(header, frame.records()).map_err(|e| Rejection::unusable(&e))?;
+    let mut depth_m = Vec::new();
+    let has_depth = read_depth(tools.depths.as_ref(), header, &mut depth_m);
+    Ok(Look {
+        frame: header.into(),
+        size: [view.width as usize, view.height as usize],
+        rgb: view.rgb.to_vec(),
+        depth_m: has_depth.then_some(depth_m),
+        model: view.model,
+        robot: memory.robot,
+        n_frames: memory.n_frames,
+        phrases: memory.phrases(&args.config),
+    })
+}
+
+/// The detector has answered: the scene of its frame, or a pause before it is asked again.
+fn take_answer(
+    args: &Args,
+    memory: &mut Memory,
+    tools: &mut Tools,
+    ports: &Ports,
+    Answer { look, sighted, detect_ns }: Answer,
+) -> Result<(), ActorError> {
+    let now = Instant::now();
+    let sighted = match sighted {
+        Ok(sighted) => sighted,
+        Err(rejection) => {
+            let pause_ms = RETRY_MS_MIN << tools.n_failures.min(16);
+            tools.next_try = now + Duration::from_millis(pause_ms.min(RETRY_MS_MAX));
+            tools.n_failures += 1;
+            memory.reject(&rejection);
+            tools.bad_answer = Some(rejection);
+            return Ok(());
+        }
+    };
+    tools.n_failures = 0;
+    tools.answer_deadline = None;
+    let [width, height] = look.size;
+    let depth_m = look.depth_m.as_deref();
+    let looked = Looked {
+        frame: look.frame,
+        depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
+        model: look.model.as_ref(),
+        robot: look.robot.as_ref(),
+        n_frames: look.n_frames,
+        detect_ns,
+    };
+    let scene: Scene = tokio::task::block_in_place(|| memory.parse(&args.config, &looked, sighted));
+    ports.publish(args, &scene)?;
+    memory.carried = Some(scene);
+    Ok(())
+}
+
+impl Tools {
+    /// Why nothing came in time: no frames, or no answers.
+    fn too_late(&self, args: &Args) -> Fatal {
+        let is_silent = self.answer_deadline.is_some_and(|deadline| deadline < self.frame_deadline);
+        if !is_silent {
+            return nothing_usable(args, self.bad_frame.clone());
+        }
+        let silent = || Rejection {
+            reason: "it has not answered one frame; wait longer, or give it less to do".to_owned(),
+            is_missing: true,
+        };
+        nothing_usable(args, Some(self.bad_answer.clone().unwrap_or_else(silent)))
+    }
+}

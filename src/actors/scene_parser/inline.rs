@@ -1,0 +1,93 @@
+//! The detector in the loop: every frame waits for it.
+
+use tokio::time::{Instant, timeout_at};
+
+use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_depth};
+use crate::actors::ActorError;
+use crate::detectors::{DepthView, Detector, ImageView};
+use crate::messages::Scene;
+use crate::telemetry::monotonic_ns;
+use crate::transport::Received;
+use crate::transport::convert::frame_from_wire;
+use crate::transport::wire::FrameHeader;
+
+/// What one incarnation works with.
+struct Tools {
+    detector: Box<dyn Detector>,
+    /// Depth of the present frame; kept, so that no frame needs new memory.
+    depth_m: Vec<f32>,
+}
+
+pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
+    let detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
+    let mut tools = Tools { detector, depth_m: Vec::new() };
+    let mut memory = args.keep.load();
+    let mut depths: Option<Received<FrameHeader, u8>> = None;
+    let mut rejection: Option<Rejection> = None;
+    let mut deadline = Instant::now() + args.wait;
+    loop {
+        let usable = |frame: Received<FrameHeader, u8>| match check(args, &frame) {
+            Ok(()) => Ok(frame),
+            Err(reason) => {
+                memory.rejected += 1;
+                rejection = Some(Rejection::unusable(&reason));
+                Err(reason)
+            }
+        };
+        let frame = match timeout_at(deadline, ports.rgb.newest_of(usable)).await {
+            Ok(frame) => frame?,
+            Err(_) => return Err(nothing_usable(args, rejection).into()),
+        };
+        if let Some(newer) = ports.depth.drain_newest()? {
+            depths = Some(newer);
+        }
+        if memory.last_frame == Some(frame.header().sequence) {
+            continue; // a restarted camera shows the same frame again
+        }
+        args.chaos.message("scene_parser");
+        memory.hear(&mut ports, &args.vocabulary)?;
+        let parsed = tokio::task::block_in_place(|| {
+            parse(args, &mut memory, &mut tools, &frame, depths.as_ref())
+        });
+        memory.last_frame = Some(frame.header().sequence);
+        memory.missed = ports.rgb.drops().missed;
+        match parsed {
+            Ok(scene) => {
+                deadline = Instant::now() + args.wait;
+                ports.publish(args, &scene)?;
+            }
+            Err(rejected) => {
+                memory.reject(&rejected);
+                rejection = Some(rejected);
+            }
+        }
+        args.keep.store(memory.clone());
+    }
+}
+
+fn parse(
+    args: &Args,
+    memory: &mut Memory,
+    tools: &mut Tools,
+    frame: &Received<FrameHeader, u8>,
+    depth: Option<&Received<FrameHeader, u8>>,
+) -> Result<Scene, Rejection> {
+    let started_ns = monotonic_ns();
+    let header = frame.header();
+    let view = frame_from_wire(header, frame.records()).map_err(|e| Rejection::unusable(&e))?;
+    let (columns, rows) = (view.width as usize, view.height as usize);
+    let image = ImageView::new(columns, rows, view.rgb).map_err(|e| Rejection::unusable(&e))?;
+    let has_depth = read_depth(depth, header, &mut tools.depth_m);
+    let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
+    let sighted = tools.detector.detect(&image, &memory.phrases(&args.config))?;
+    let robot = memory.robot;
+    let looked = Looked {
+        frame: header.into(),
+        depth,
+        model: view.model.as_ref(),
+        robot: robot.as_ref(),
+        n_frames: memory.n_frames,
+        detect_ns: monotonic_ns() - started_ns,
+    };
+    Ok(memory.parse(&args.config, &looked, sighted))
+}

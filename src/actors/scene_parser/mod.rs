@@ -1,0 +1,317 @@
+//! Scene parser actor: newest frame and robot state in, scene graph out.
+//!
+//! The detector is called in the loop (`inline`), or works on a thread of its own while the loop
+//! goes on with what it said last (`beside`).
+
+mod beside;
+mod inline;
+mod thread;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::goal_parser::GOAL_PENDING;
+use super::{ActorError, Chaos, Fatal, Keep};
+use crate::detectors::{DepthView, Detector, DetectorError, Sighted, phrase_of_name};
+use crate::geometry::CameraModel;
+use crate::messages::{Cause, Command, RobotState, Scene, Status};
+use crate::pddl::Typed;
+use crate::scene_parser::{FrameContext, ParserConfig, SceneParser};
+use crate::telemetry::monotonic_ns;
+use crate::transport::convert::{
+    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
+    robot_state_from_wire, scene_to_wire, status_from_wire,
+};
+use crate::transport::topics::{
+    CAMERA_DEPTH, CAMERA_RGB, GOAL, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+};
+use crate::transport::wire::{
+    CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
+    TaskHeader,
+};
+use crate::transport::{Bus, Inbox, Outbox, Received, Record, TransportError};
+
+/// Makes a detector, or says why it cannot be made.
+pub type MakeDetector = Arc<dyn Fn() -> Result<Box<dyn Detector>, String> + Send + Sync>;
+
+/// What the actor is started with; shared by all its incarnations.
+#[expect(missing_debug_implementations, reason = "parts are known by their names only")]
+pub struct Args {
+    /// The bus.
+    pub bus: Bus,
+    /// Both ends of the topics agree on this.
+    pub vocabulary: Arc<Vocabulary>,
+    /// What does not change.
+    pub config: Arc<ParserConfig>,
+    /// Makes the detector.
+    pub detector: MakeDetector,
+    /// Its name in the configuration.
+    pub detector_name: String,
+    /// Whether it works beside the loop, on a thread of its own.
+    pub beside: bool,
+    /// Size that frames must have: the labelled examples' width and height.
+    pub image_size: [u32; 2],
+    /// How long a frame, or an answer of the detector, may be missing.
+    pub wait: Duration,
+    /// Memory that outlives the actor.
+    pub keep: Keep<Memory>,
+    /// Panics on purpose.
+    pub chaos: Chaos,
+}
+
+/// Memory that outlives the actor.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    parser: SceneParser,
+    cycle: u64,
+    last_frame: Option<u64>,
+    last_command: Option<u64>,
+    last_status: Option<u64>,
+    /// Frames that have come.
+    n_frames: u64,
+    /// Commands and statuses that no frame has been parsed with yet, each with the number of frames
+    /// that had come.
+    commands: Vec<(u64, Command)>,
+    statuses: Vec<(u64, Status)>,
+    robot: Option<RobotState>,
+    /// Objects that the goal names, once there is a goal.
+    named: Vec<Typed>,
+    /// The scene of the frame that the detector answered last, while it works beside the loop.
+    carried: Option<Scene>,
+    /// Frames that were rejected.
+    pub rejected: u64,
+    /// Frames that were overtaken by newer ones.
+    pub missed: u64,
+}
+
+struct Ports {
+    rgb: Inbox<FrameHeader, u8>,
+    depth: Inbox<FrameHeader, u8>,
+    states: Inbox<DeviceHeader, RobotStateRecord>,
+    commands: Inbox<DeviceHeader, CommandRecord>,
+    statuses: Inbox<DeviceHeader, StatusRecord>,
+    goals: Inbox<TaskHeader, u8>,
+    scenes: Outbox<TaskHeader, SceneRecord>,
+}
+
+/// Why a frame came to nothing.
+#[derive(Debug, Clone)]
+struct Rejection {
+    reason: String,
+    /// Something outside is missing that may be there another time.
+    is_missing: bool,
+}
+
+impl Rejection {
+    /// The frame itself cannot be used.
+    fn unusable(reason: &impl std::fmt::Display) -> Self {
+        Self { reason: reason.to_string(), is_missing: false }
+    }
+}
+
+impl From<DetectorError> for Rejection {
+    fn from(error: DetectorError) -> Self {
+        Self { reason: error.to_string(), is_missing: error.is_missing() }
+    }
+}
+
+/// Turns every newest frame into a scene graph.
+///
+/// # Errors
+/// [`Fatal::Missing`] when no frame comes for `wait`, or no answer of the detector; other
+/// [`ActorError`]s when the bus fails.
+pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+    let bus = &args.bus;
+    let ports = Ports {
+        rgb: bus.inbox(&CAMERA_RGB)?,
+        depth: bus.inbox(&CAMERA_DEPTH)?,
+        states: bus.inbox(&ROBOT_STATE)?,
+        commands: bus.inbox(&ROBOT_COMMAND)?,
+        statuses: bus.inbox(&ROBOT_STATUS)?,
+        goals: bus.inbox(&GOAL)?,
+        scenes: bus.outbox(&SCENE)?,
+    };
+    if args.beside { beside::serve(&args, ports).await } else { inline::serve(&args, ports).await }
+}
+
+/// Nothing usable came in time: the camera or the detector is missing, or says what cannot be
+/// used.
+fn nothing_usable(args: &Args, rejection: Option<Rejection>) -> Fatal {
+    let seconds = args.wait.as_secs_f64();
+    match rejection {
+        Some(Rejection { reason, is_missing: true }) => Fatal::Missing {
+            what: format!(
+                "an answer of the detector {} for {seconds} s (camera.wait_s)",
+                args.detector_name
+            ),
+            how: reason,
+        },
+        Some(Rejection { reason, is_missing: false }) => {
+            Fatal::BadInput { message: format!("no usable frame for {seconds} s: {reason}") }
+        }
+        None => Fatal::Missing {
+            what: format!("a frame on {} for {seconds} s (camera.wait_s)", CAMERA_RGB.name),
+            how: format!(
+                "start a camera, such as `groundloop camera images DIR --fps 5 --run {}`",
+                args.bus.run()
+            ),
+        },
+    }
+}
+
+/// Whether a frame can be worked on; why, if not.
+fn check(args: &Args, frame: &Received<FrameHeader, u8>) -> Result<(), String> {
+    let view = frame_from_wire(frame.header(), frame.records()).map_err(|e| e.to_string())?;
+    let [width, height] = args.image_size;
+    if (view.width, view.height) == (width, height) {
+        return Ok(());
+    }
+    let got = format!("{}x{}", view.width, view.height);
+    Err(format!("the labelled examples are {width}x{height} pixels, the frame is {got}"))
+}
+
+/// Reads the depth that belongs to a frame into `depth_m`; whether there is any.
+fn read_depth(
+    depth: Option<&Received<FrameHeader, u8>>,
+    frame: &FrameHeader,
+    depth_m: &mut Vec<f32>,
+) -> bool {
+    let Some(depth) = depth.filter(|d| d.header().sequence == frame.sequence) else { return false };
+    match depth_from_wire(depth.header(), depth.records(), depth_m) {
+        Ok(()) => true,
+        Err(error) => {
+            tracing::warn!(%error, "depth");
+            false
+        }
+    }
+}
+
+/// A frame that was looked at, without its pixels.
+struct Looked<'a> {
+    frame: FrameStamp,
+    depth: Option<DepthView<'a>>,
+    model: Option<&'a CameraModel>,
+    /// What the robot said last before the frame.
+    robot: Option<&'a RobotState>,
+    /// How many frames had come with it: what was said until then belongs to it.
+    n_frames: u64,
+    /// Time that the detector took, nanoseconds.
+    detect_ns: u64,
+}
+
+/// What is kept of a frame's header.
+#[derive(Debug, Clone, Copy)]
+struct FrameStamp {
+    sequence: u64,
+    capture_ns: u64,
+    send_ns: u64,
+}
+
+impl From<&FrameHeader> for FrameStamp {
+    fn from(header: &FrameHeader) -> Self {
+        let FrameHeader { sequence, capture_ns, send_ns, .. } = *header;
+        Self { sequence, capture_ns, send_ns }
+    }
+}
+
+impl Memory {
+    /// What the detector is asked for beside the domain's types: what the goal names and nobody has
+    /// seen.
+    fn phrases(&self, config: &ParserConfig) -> Vec<String> {
+        self.parser.unseen(config, &self.named).iter().map(phrase_of_name).collect()
+    }
+
+    /// The scene of a frame that was looked at.
+    fn parse(&mut self, config: &ParserConfig, looked: &Looked<'_>, sighted: Sighted) -> Scene {
+        let started_ns = monotonic_ns();
+        let (commands, statuses) = self.heard_until(looked.n_frames);
+        let FrameStamp { sequence, capture_ns, send_ns } = looked.frame;
+        let cycle = self.cycle;
+        let context = FrameContext {
+            cause: Cause { cycle, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
+            depth: looked.depth,
+            model: looked.model,
+            robot: looked.robot,
+            commands: &commands,
+            statuses: &statuses,
+        };
+        let mut scene = self.parser.parse(config, &context, sighted);
+        self.cycle += 1;
+        let microseconds = |ns: u64| u32::try_from(ns / 1000).unwrap_or(u32::MAX);
+        scene.detect_us = microseconds(looked.detect_ns);
+        scene.ground_us = microseconds(monotonic_ns() - started_ns);
+        scene
+    }
+
+    /// Commands and statuses that had been heard when so many frames had come; they are handed out
+    /// once.
+    fn heard_until(&mut self, n_frames: u64) -> (Vec<Command>, Vec<Status>) {
+        let (commands, later) =
+            std::mem::take(&mut self.commands).into_iter().partition(|(n, _)| *n <= n_frames);
+        self.commands = later;
+        let (statuses, later) =
+            std::mem::take(&mut self.statuses).into_iter().partition(|(n, _)| *n <= n_frames);
+        self.statuses = later;
+        let commands: Vec<(u64, Command)> = commands;
+        let statuses: Vec<(u64, Status)> = statuses;
+        let commands = commands.into_iter().map(|(_, command)| command).collect();
+        (commands, statuses.into_iter().map(|(_, status)| status).collect())
+    }
+
+    /// Takes in what robot, executor and goal parser have said since the last frame. In lockstep
+    /// the goal parser answers every scene before the next frame is captured.
+    fn hear(&mut self, ports: &mut Ports, vocabulary: &Vocabulary) -> Result<(), TransportError> {
+        self.n_frames += 1;
+        let n_frames = self.n_frames;
+        while let Some(message) = ports.goals.poll_next()? {
+            if message.header().verdict == GOAL_PENDING {
+                continue;
+            }
+            match goal_from_wire(message.header(), message.records(), vocabulary) {
+                Ok(goal) => self.named = goal.named,
+                Err(error) => tracing::warn!(%error, "goal"),
+            }
+        }
+        let commands = fresh(&mut ports.commands, &mut self.last_command, command_from_wire)?;
+        self.commands.extend(commands.into_iter().map(|command| (n_frames, command)));
+        let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
+        self.statuses.extend(statuses.into_iter().map(|status| (n_frames, status)));
+        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
+        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
+        Ok(())
+    }
+
+    /// Counts a frame that came to nothing, and says why.
+    fn reject(&mut self, rejection: &Rejection) {
+        self.rejected += 1;
+        tracing::warn!(reason = rejection.reason, "frame rejected");
+    }
+}
+
+impl Ports {
+    fn publish(&self, args: &Args, scene: &Scene) -> Result<(), ActorError> {
+        let (header, records) = scene_to_wire(scene, &args.vocabulary)?;
+        Ok(self.scenes.publish(header, &records)?)
+    }
+}
+
+/// All waiting messages of a reliable topic that were not handled before: after a restart, the
+/// topic's history comes again. What does not convert is reported and left out.
+pub(super) fn fresh<R: Record, T>(
+    inbox: &mut Inbox<DeviceHeader, R>,
+    last: &mut Option<u64>,
+    convert: fn(&DeviceHeader, &[R]) -> Result<T, WireError>,
+) -> Result<Vec<T>, TransportError> {
+    let mut messages = Vec::new();
+    while let Some(message) = inbox.poll_next()? {
+        let sequence = message.header().sequence;
+        if last.is_none_or(|last| last < sequence) {
+            *last = Some(sequence);
+            match convert(message.header(), message.records()) {
+                Ok(message) => messages.push(message),
+                Err(error) => tracing::warn!(%error, "device message"),
+            }
+        }
+    }
+    Ok(messages)
+}
