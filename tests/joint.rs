@@ -40,7 +40,7 @@ impl Labelled {
         let listed = listed.collect();
         let boxes = source(&folder.join(format!("annotated_bboxes/problem{number}.json")));
         let image_size = [512, 512];
-        let text = ExemplarText { boxes, state, image_size, volumes: None };
+        let text = ExemplarText { boxes, state, image_size, volumes: None, masks: None };
         Self { exemplar: Exemplar::parse(&text, domain).unwrap(), listed }
     }
 

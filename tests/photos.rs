@@ -49,7 +49,8 @@ impl Labelled {
         let boxes = source(&file("annotated_bboxes", "json"));
         let path = file("problems", "pddl");
         let image_size = [picture.width(), picture.height()];
-        let text = ExemplarText { boxes, state: source(&path), image_size, volumes: None };
+        let text =
+            ExemplarText { boxes, state: source(&path), image_size, volumes: None, masks: None };
         let exemplar = Exemplar::parse(&text, domain).unwrap();
         Self { picture, exemplar, state: problem(&path, domain) }
     }

@@ -15,11 +15,12 @@ use super::sim::model_of;
 use crate::config::{ConfigError, DomainFolder, RunConfig, read_text};
 use crate::detectors::{DepthView, Detection, volume_of};
 use crate::geometry::{CameraModel, PixelBox, RowRun};
+use crate::grounding::ObjectBox;
 use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
 use crate::robots::sim::{SimConfig, SimHardware, read_scene};
 use crate::scene::Volume;
 
-/// One labelled example, as its three files.
+/// One labelled example, as its files.
 #[derive(Debug, Clone)]
 pub struct LabelledScene {
     /// Name of the scene file.
@@ -28,12 +29,49 @@ pub struct LabelledScene {
     pub image: RgbImage,
     /// Boxes as JSON.
     pub boxes: String,
+    /// Masks as JSON: the pixels of each object.
+    pub masks: String,
     /// Volumes as JSON: what the camera's depth says of them.
     pub volumes: String,
     /// State as a PDDL problem.
     pub state: String,
     /// How many objects are labelled.
     pub n_objects: usize,
+}
+
+/// What the simulated camera sees of a scene, and what is really there.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// The frame.
+    pub image: RgbImage,
+    /// Its depth, metres along the optical axis.
+    pub depth_m: Vec<f32>,
+    /// The camera.
+    pub model: CameraModel,
+    /// Every object that can be seen, with box, mask and volume, in the order of the scene.
+    pub objects: Vec<ObjectBox>,
+    /// The facts that hold among them.
+    pub facts: BTreeSet<Atom>,
+    /// How many objects of visible types others hide too far for a volume.
+    pub n_hidden: usize,
+}
+
+/// Another place for the camera of a run file: metres, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// Where it is.
+    pub position_m: [f64; 3],
+    /// What is in the middle of its image.
+    pub look_at_m: [f64; 3],
+}
+
+/// Builds scenes, looks at them and labels what is seen.
+#[derive(Debug)]
+pub struct Labeller<'a> {
+    folder: &'a DomainFolder,
+    sim: SimConfig,
+    labels: Labels,
+    renderer: Renderer,
 }
 
 /// `scenes/labels.toml`: which predicate says what is really there.
@@ -116,28 +154,64 @@ pub fn label_scene(
     config: &RunConfig,
     folder: &DomainFolder,
 ) -> Result<Vec<LabelledScene>, ConfigError> {
-    let labels = read_labels(folder)?;
-    let table = config.sim.clone().unwrap_or_default();
-    let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, &e))?;
-    let scenes = scene_files(&folder.path.join("scenes").join("exemplar"))?;
-    let mut renderer = Renderer::new();
+    let mut labeller = Labeller::new(config, folder)?;
     let mut labelled = Vec::new();
-    for (i, path) in scenes.iter().enumerate() {
-        let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
-        let seed = config.seed.wrapping_add(i as u64);
-        let world =
-            World::new(&read_scene(path)?, &sim.world, seed).map_err(|e| bad(e.to_string()))?;
-        let mut camera = sim.camera.clone();
-        camera.light.seed = seed;
-        let frame = renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
-        let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example").to_owned();
-        let shot = Shot { frame: &frame, model: model_of(&camera), truth: world.truth() };
-        labelled.push(
-            describe(name, &shot, folder, &labels)
-                .ok_or_else(|| bad("an object is hidden".to_owned()))?,
-        );
+    for (path, seed) in exemplar_scenes(folder)?.iter().zip(config.seed..) {
+        let look = labeller.look(path, seed, None)?;
+        let bad = |reason: &str| ConfigError::File {
+            path: path.display().to_string(),
+            reason: reason.to_owned(),
+        };
+        if look.n_hidden > 0 {
+            return Err(bad("an object is hidden"));
+        }
+        let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example");
+        labelled.push(look.written(name, folder).ok_or_else(|| bad("it cannot be written"))?);
     }
     Ok(labelled)
+}
+
+/// The scenes that a domain's labelled examples show, in order.
+///
+/// # Errors
+/// [`ConfigError::File`] when there is no such folder.
+pub fn exemplar_scenes(folder: &DomainFolder) -> Result<Vec<PathBuf>, ConfigError> {
+    scene_files(&folder.path.join("scenes").join("exemplar"))
+}
+
+impl<'a> Labeller<'a> {
+    /// For the simulator of a run file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn new(config: &RunConfig, folder: &'a DomainFolder) -> Result<Self, ConfigError> {
+        let table = config.sim.clone().unwrap_or_default();
+        let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, &e))?;
+        Ok(Self { folder, sim, labels: read_labels(folder)?, renderer: Renderer::new() })
+    }
+
+    /// Looks at the start of a scene, from the run file's viewpoint or another.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the scene file.
+    pub fn look(
+        &mut self,
+        path: &Path,
+        seed: u64,
+        from: Option<Viewpoint>,
+    ) -> Result<Look, ConfigError> {
+        let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
+        let world = World::new(&read_scene(path)?, &self.sim.world, seed)
+            .map_err(|e| bad(e.to_string()))?;
+        let mut camera = self.sim.camera.clone();
+        camera.light.seed = seed;
+        if let Some(Viewpoint { position_m, look_at_m }) = from {
+            (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
+        }
+        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
+        let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
+        shot.labelled(self.folder, &self.labels).ok_or_else(|| bad("no image".to_owned()))
+    }
 }
 
 fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, ConfigError> {
@@ -153,60 +227,87 @@ fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, ConfigError> {
 }
 
 /// One rendered scene.
-struct Shot<'a> {
-    frame: &'a Frame,
+struct Shot {
+    frame: Frame,
     model: CameraModel,
     truth: Truth,
 }
 
-/// `None` when an object cannot be seen well enough to have a box and a volume.
-fn describe(
-    name: String,
-    shot: &Shot<'_>,
-    folder: &DomainFolder,
-    labels: &Labels,
-) -> Option<LabelledScene> {
-    let Shot { frame, model, truth } = shot;
-    let depth = DepthView::new(frame.width as usize, frame.height as usize, &frame.depth_m).ok()?;
-    let mut seen: Vec<(&BodyTruth, PixelBox, Volume)> = Vec::new();
-    for (i, body) in truth.bodies.iter().enumerate() {
-        let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
-        let detection = visible(frame, u16::try_from(i + 1).ok()?, body)?;
-        let volume = volume_of(&detection, &depth, model, spec.depth)?.volume;
-        seen.push((body, detection.pixel_box, volume));
+impl Shot {
+    fn labelled(self, folder: &DomainFolder, labels: &Labels) -> Option<Look> {
+        let Self { frame, model, truth } = self;
+        let (width, height) = (frame.width as usize, frame.height as usize);
+        let depth = DepthView::new(width, height, &frame.depth_m).ok()?;
+        let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
+        for (i, body) in truth.bodies.iter().enumerate() {
+            let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
+            let detection = visible(&frame, u16::try_from(i + 1).ok()?, body);
+            let volume = detection.as_ref().and_then(|d| volume_of(d, &depth, &model, spec.depth));
+            let (Some(detection), Some(measured)) = (detection, volume) else {
+                n_hidden += 1;
+                continue;
+            };
+            bodies.push(body);
+            objects.push(ObjectBox {
+                name: Name::new(&body.name),
+                type_name: detection.type_name,
+                pixel_box: detection.pixel_box,
+                volume: Some(measured.volume),
+                mask: Some(detection.mask.into()),
+            });
+        }
+        let facts = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
+        let image = RgbImage::from_raw(frame.width, frame.height, frame.rgb)?;
+        Some(Look { image, depth_m: frame.depth_m, model, objects, facts, n_hidden })
     }
-    let bodies: Vec<&BodyTruth> = seen.iter().map(|(body, ..)| *body).collect();
-    let init = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
-    let problem = Problem {
-        name: Name::new(&name),
-        domain: folder.domain.name.clone(),
-        objects: bodies.iter().map(|body| Typed::new(body.name.as_str(), body.kind)).collect(),
-        init,
-        costs: BTreeMap::new(),
-        goal: Condition::True,
-        minimise_cost: false,
-    };
-    let boxes = seen.iter().map(|(body, b, _)| (&body.name, [b.x1, b.y1, b.x2, b.y2]));
-    let volumes = seen.iter().map(|(body, _, volume)| (&body.name, rounded(volume)));
-    let boxes: BTreeMap<_, _> = boxes.collect();
-    let volumes: BTreeMap<_, _> = volumes.collect();
-    Some(LabelledScene {
-        name,
-        image: RgbImage::from_raw(frame.width, frame.height, frame.rgb.clone())?,
-        boxes: lines(&boxes)?,
-        volumes: lines(&volumes)?,
-        state: print_problem(&problem),
-        n_objects: seen.len(),
-    })
 }
 
-/// One entry to a line.
-fn lines<T: serde::Serialize>(entries: &BTreeMap<&String, T>) -> Option<String> {
-    let line = |(name, value): (&&String, &T)| {
-        let (name, value) = (serde_json::to_string(name).ok()?, serde_json::to_string(value).ok()?);
+impl Look {
+    /// The objects as they are declared in a problem.
+    pub fn declared(&self) -> Vec<Typed> {
+        let objects = self.objects.iter();
+        objects.map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect()
+    }
+
+    fn written(self, name: &str, folder: &DomainFolder) -> Option<LabelledScene> {
+        let problem = Problem {
+            name: Name::new(name),
+            domain: folder.domain.name.clone(),
+            objects: self.declared(),
+            init: self.facts,
+            costs: BTreeMap::new(),
+            goal: Condition::True,
+            minimise_cost: false,
+        };
+        let objects = &self.objects;
+        let runs = |mask: &[RowRun]| -> Vec<[u32; 3]> {
+            mask.iter().map(|run| [run.y, run.x_start, run.x_end]).collect()
+        };
+        Some(LabelledScene {
+            name: name.to_owned(),
+            image: self.image,
+            boxes: lines(objects, |o| Some(<[f64; 4]>::from(o.pixel_box)))?,
+            masks: lines(objects, |o| o.mask.as_deref().map(runs))?,
+            volumes: lines(objects, |o| o.volume.as_ref().map(rounded))?,
+            state: print_problem(&problem),
+            n_objects: objects.len(),
+        })
+    }
+}
+
+/// One object to a line, in order of their names; those without the property are left out.
+fn lines<T: serde::Serialize>(
+    objects: &[ObjectBox],
+    property: impl Fn(&ObjectBox) -> Option<T>,
+) -> Option<String> {
+    let values = objects.iter().filter_map(|o| Some((o.name.as_str(), property(o)?)));
+    let line = |(name, value): (&str, T)| {
+        let (name, value) =
+            (serde_json::to_string(name).ok()?, serde_json::to_string(&value).ok()?);
         Some(format!("  {name}: {value}"))
     };
-    let lines: Option<Vec<String>> = entries.iter().map(line).collect();
+    let values: BTreeMap<&str, T> = values.collect();
+    let lines: Option<Vec<String>> = values.into_iter().map(line).collect();
     Some(format!("{{\n{}\n}}\n", lines?.join(",\n")))
 }
 

@@ -35,6 +35,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let stem = target.join(&scene.name);
         scene.image.save(stem.with_extension("png")).map_err(Failure::internal)?;
         write(&stem.with_extension("json"), scene.boxes.as_bytes())?;
+        write(&stem.with_extension("masks.json"), scene.masks.as_bytes())?;
         write(&stem.with_extension("volumes.json"), scene.volumes.as_bytes())?;
         write(&stem.with_extension("pddl"), scene.state.as_bytes())?;
         out::line(&format!("{}: {} objects", stem.display(), scene.n_objects));

@@ -13,6 +13,9 @@ use crate::pddl::SourceText;
 /// Endings of image files, in the order in which they are looked for.
 const IMAGE_ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
 
+/// Endings of files beside the boxes, which are no examples of their own.
+const BESIDE: [&str; 2] = [".masks.json", ".volumes.json"];
+
 /// Reads an image file (PNG or JPEG) as RGB.
 ///
 /// # Errors
@@ -36,13 +39,15 @@ pub fn exemplar_from_files(
     let source = |path: &Path| -> Result<SourceText, ConfigError> {
         Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
     };
+    let beside = |ending: &str| -> Result<Option<SourceText>, ConfigError> {
+        let path = Some(boxes.with_extension(ending)).filter(|path| path.is_file());
+        path.map(|path| source(&path)).transpose()
+    };
     let text = ExemplarText {
         boxes: source(boxes)?,
         state: source(state)?,
-        volumes: Some(boxes.with_extension("volumes.json"))
-            .filter(|path| path.is_file())
-            .map(|path| source(&path))
-            .transpose()?,
+        volumes: beside("volumes.json")?,
+        masks: beside("masks.json")?,
         image_size: [picture.width(), picture.height()],
     };
     let exemplar = Exemplar::parse(&text, &folder.domain)?;
@@ -103,8 +108,8 @@ pub(crate) fn in_data(key: &str, text: &str, data: Option<&Path>) -> Result<Path
     })
 }
 
-/// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and for
-/// cameras with depth `x.volumes.json`.
+/// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and where they
+/// are known `x.masks.json` and `x.volumes.json`.
 fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
     let fault = |path: &Path, reason: String| ConfigError::File {
         path: path.display().to_string(),
@@ -114,7 +119,7 @@ fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
     let mut boxes: Vec<PathBuf> = entries
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| path.extension().is_some_and(|e| e == "json"))
-        .filter(|path| !path.to_string_lossy().ends_with(".volumes.json"))
+        .filter(|path| !BESIDE.iter().any(|e| path.to_string_lossy().ends_with(e)))
         .collect();
     boxes.sort();
     if boxes.is_empty() {

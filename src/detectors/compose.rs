@@ -71,7 +71,7 @@ pub fn ground_image(
             type_name: d.type_name.clone(),
             pixel_box: d.pixel_box,
             volume: None,
-            mask: Some(d.mask.as_slice().into()).filter(|_| !d.mask.is_empty()),
+            mask: d.pixels(),
         })
         .collect();
     let seen = boxes.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));

@@ -1,5 +1,7 @@
 //! What a detector says of one object.
 
+use std::sync::Arc;
+
 use crate::geometry::{PixelBox, RowRun};
 use crate::pddl::Name;
 
@@ -43,6 +45,11 @@ pub struct Detection {
 }
 
 impl Detection {
+    /// The mask as grounding takes it; `None` without one.
+    pub fn pixels(&self) -> Option<Arc<[RowRun]>> {
+        Some(self.mask.as_slice().into()).filter(|_| !self.mask.is_empty())
+    }
+
     /// The number of pixels in the mask.
     pub fn mask_area(&self) -> usize {
         self.mask.iter().map(|r| (r.x_end - r.x_start) as usize).sum()

@@ -1,6 +1,8 @@
-//! Episodes as figures: latencies, hashes, reports; and the evaluation on the paper's data set.
+//! Episodes as figures: latencies, hashes, reports; and measurements on data sets.
 
 pub mod prodgv;
+#[cfg(feature = "sim")]
+pub mod sim_grounding;
 mod tally;
 mod report;
 

@@ -77,7 +77,8 @@ impl PixelBox {
     pub fn gap(&self, other: &Self) -> f64 {
         let dx = (other.x1 - self.x2).max(self.x1 - other.x2).max(0.0);
         let dy = (other.y1 - self.y2).max(self.y1 - other.y2).max(0.0);
-        dx.hypot(dy)
+        // Along one axis the answer is there already.
+        if dx == 0.0 || dy == 0.0 { dx + dy } else { dx.hypot(dy) }
     }
 }
 /// Pixels `x_start..x_end` of row `y`.

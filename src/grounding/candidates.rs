@@ -29,19 +29,33 @@ pub fn slots(domain: &Domain, spec: &ObservedSpec) -> Result<CandidateSlots, Per
 ///
 /// Predicates of more than two objects give none: no feature takes them.
 pub fn tuples(types: &Types, slots: &[Vec<Name>], objects: &[ObjectBox]) -> Vec<Vec<usize>> {
+    let mut tuples = Vec::new();
+    let order: Vec<usize> = (0..objects.len()).collect();
+    for_tuples(types, slots, objects, &order, |tuple| tuples.push(tuple.to_vec()));
+    tuples
+}
+
+/// Visits the tuples of [`tuples`] without keeping them, in the given order of objects: by the
+/// first object, then by the second.
+pub(super) fn for_tuples(
+    types: &Types,
+    slots: &[Vec<Name>],
+    objects: &[ObjectBox],
+    order: &[usize],
+    mut visit: impl FnMut(&[usize]),
+) {
     let fitting = |wanted: &[Name]| -> Vec<usize> {
         let fits = |o: &ObjectBox| types.fits(std::slice::from_ref(&o.type_name), wanted);
-        (0..objects.len()).filter(|&i| fits(&objects[i])).collect()
+        order.iter().copied().filter(|&i| fits(&objects[i])).collect()
     };
     match slots {
-        [only] => fitting(only).into_iter().map(|i| vec![i]).collect(),
+        [only] => fitting(only).into_iter().for_each(|i| visit(&[i])),
         [first, second] => {
             let seconds = fitting(second);
-            let pairs = fitting(first)
-                .into_iter()
-                .flat_map(|i| seconds.iter().filter(move |&&j| i != j).map(move |&j| vec![i, j]));
-            pairs.collect()
+            for i in fitting(first) {
+                seconds.iter().filter(|&&j| i != j).for_each(|&j| visit(&[i, j]));
+            }
         }
-        _ => Vec::new(),
+        _ => {}
     }
 }

@@ -4,13 +4,12 @@ use super::Judged;
 use crate::pddl::{Axiom, Typed, Types, Universe, derive};
 use crate::scene::{Facts, Truth};
 
-/// Judged tuples as facts.
+/// Judged tuples as facts. Each tuple is judged once.
 pub fn facts_of(judged: &[Judged]) -> Facts {
-    let mut facts = Facts::default();
-    for judged in judged {
-        facts.set(judged.atom.clone(), judged.truth);
-    }
-    facts
+    let of = |truth: Truth| {
+        judged.iter().filter(|judged| judged.truth == truth).map(|j| j.atom.clone()).collect()
+    };
+    Facts { known: of(Truth::True), unknown: of(Truth::Unknown) }
 }
 
 /// Adds what the rules derive from `base` over the given objects.

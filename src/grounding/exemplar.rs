@@ -34,6 +34,8 @@ pub struct ExemplarText {
     pub image_size: [u32; 2],
     /// `{"name": {"centre": [x, y, z], "extent": [x, y, z]}, …}` in metres, for cameras with depth.
     pub volumes: Option<SourceText>,
+    /// `{"name": [[y, x1, x2], …], …}`: the pixels x1..x2 of row y, from top to bottom.
+    pub masks: Option<SourceText>,
 }
 
 /// One or more labelled examples of one camera set-up, pooled.
@@ -110,6 +112,9 @@ impl Exemplar {
             Self::new(&text.boxes.name, text.image_size, &boxes, (&declared, state.init))?;
         if let Some(volumes) = &text.volumes {
             example.add_volumes(volumes)?;
+        }
+        if let Some(masks) = &text.masks {
+            example.add_masks(masks)?;
         }
         Ok(example)
     }
@@ -215,6 +220,11 @@ impl Exemplars {
         self.examples.iter().flat_map(|e| &e.objects).all(|object| object.volume.is_some())
     }
 
+    /// Whether every object of every example has a mask.
+    pub fn have_masks(&self) -> bool {
+        self.examples.iter().flat_map(|e| &e.objects).all(|object| object.mask.is_some())
+    }
+
     /// Width and height of the images, in pixels. A frame of another size cannot be grounded.
     pub fn image_size(&self) -> [u32; 2] {
         self.examples[0].image_size // never empty: `new` sees to it
@@ -236,7 +246,7 @@ mod tests {
         let boxes = SourceText::new("boxes.json", boxes);
         let state = SourceText::new("state.pddl", STATE);
         Exemplar::parse(
-            &ExemplarText { boxes, state, image_size: [64, 48], volumes: None },
+            &ExemplarText { boxes, state, image_size: [64, 48], volumes: None, masks: None },
             &domain,
         )
     }

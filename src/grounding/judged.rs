@@ -1,6 +1,7 @@
 //! What a grounder says of one image.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::pddl::{Atom, Name};
 use crate::scene::Truth;
@@ -28,9 +29,9 @@ pub struct Judged {
     /// Distance to the nearest example that does not hold, likewise.
     pub d_neg: f64,
     /// The nearest example that holds.
-    pub nearest_pos: Evidence,
+    pub nearest_pos: Arc<Evidence>,
     /// The nearest example that does not hold.
-    pub nearest_neg: Evidence,
+    pub nearest_neg: Arc<Evidence>,
 }
 
 /// What a judgement rests on.

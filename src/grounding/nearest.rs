@@ -1,7 +1,10 @@
 //! S2S, the paper's grounder: a tuple is judged as its nearest labelled example tuple.
 
-use super::candidates::{CandidateSlots, slots, tuples};
-use super::features::{Feature, default_feature, distance, feature_by_name};
+use std::sync::Arc;
+
+use super::candidates::{CandidateSlots, for_tuples, slots};
+use super::examples::{Example, Examples};
+use super::features::{Feature, FeatureVector, Needs, default_feature, feature_by_name};
 use super::judged::{Basis, Evidence, Grounding, Judged};
 use super::{Exemplars, Grounder, ObjectBox, ObservedSpec, Perception, PerceptionError};
 use crate::pddl::{Atom, Domain, Name, Types};
@@ -13,23 +16,20 @@ pub struct S2s {
     types: Types,
     /// For objects in an image.
     flat: Vec<Table>,
+    /// For objects with masks, where the examples have them too.
+    masked: Option<Vec<Table>>,
     /// For objects with volumes, where the examples have them too.
     deep: Option<Vec<Table>>,
 }
 
+/// The examples of one predicate.
 #[derive(Debug, Clone)]
 struct Table {
     predicate: Name,
     slots: CandidateSlots,
     feature: &'static Feature,
-    positives: Vec<Example>,
-    negatives: Vec<Example>,
-}
-
-#[derive(Debug, Clone)]
-struct Example {
-    vector: Vec<f64>,
-    evidence: Evidence,
+    positives: Examples,
+    negatives: Examples,
 }
 
 /// The entry for the table of grounders.
@@ -46,7 +46,8 @@ impl S2s {
     ///
     /// A predicate without an example that holds, or without one that does not, is left out:
     /// nothing is said of it. Where the examples have volumes, objects that have volumes are
-    /// judged by them, and objects of a camera without depth by the image.
+    /// judged by them; else where the examples have masks, objects that have masks by these; and
+    /// all others by their boxes.
     ///
     /// # Errors
     /// [`PerceptionError::Value`] for a predicate or feature that does not exist.
@@ -55,39 +56,56 @@ impl S2s {
         observed: &[ObservedSpec],
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
-        let tables = |feature_of: fn(&ObservedSpec) -> Option<&str>| {
+        let tables = |needs: Needs| {
             let mut tables = Vec::new();
             for spec in observed {
-                let table = Table::new(domain, spec, feature_of(spec), exemplars)?;
+                let table = Table::new(domain, spec, needs, exemplars)?;
                 if !table.positives.is_empty() && !table.negatives.is_empty() {
                     tables.push(table);
                 }
             }
+            // In the order of the judgements.
+            tables.sort_by(|a, b| a.predicate.cmp(&b.predicate));
             Ok(tables)
         };
-        let flat = tables(|spec| spec.feature.as_deref())?;
-        let deep = exemplars.have_volumes().then(|| tables(deep_feature)).transpose()?;
-        Ok(Self { types: domain.types.clone(), flat, deep })
+        let uses_masks = observed.iter().any(|spec| spec.feature_with_masks.is_some());
+        let masked = (uses_masks && exemplars.have_masks()).then(|| tables(Needs::Masks));
+        let deep = exemplars.have_volumes().then(|| tables(Needs::Volumes));
+        Ok(Self {
+            types: domain.types.clone(),
+            flat: tables(Needs::Boxes)?,
+            masked: masked.transpose()?,
+            deep: deep.transpose()?,
+        })
     }
 
-    /// The predicates that can be judged from these examples.
+    /// The predicates that can be judged from these examples, in alphabetical order.
     pub fn judged_predicates(&self) -> impl Iterator<Item = &Name> {
-        self.deep.as_ref().unwrap_or(&self.flat).iter().map(|t| &t.predicate)
+        let tables = self.deep.as_ref().or(self.masked.as_ref()).unwrap_or(&self.flat);
+        tables.iter().map(|t| &t.predicate)
+    }
+
+    /// The tables for these objects.
+    fn tables(&self, objects: &[ObjectBox]) -> &[Table] {
+        let with_depth = objects.iter().any(|object| object.volume.is_some());
+        let with_masks = objects.iter().any(|object| object.mask.is_some());
+        let deep = self.deep.as_ref().filter(|_| with_depth);
+        let masked = self.masked.as_ref().filter(|_| with_masks);
+        deep.or(masked).unwrap_or(&self.flat)
     }
 }
 
 impl Grounder for S2s {
     fn ground(&self, objects: &[ObjectBox]) -> Grounding {
-        let with_depth = objects.iter().any(|object| object.volume.is_some());
-        let tables = self.deep.as_ref().filter(|_| with_depth).unwrap_or(&self.flat);
-        let mut judged: Vec<_> = tables
-            .iter()
-            .flat_map(|table| {
-                let tuples = tuples(&self.types, &table.slots, objects);
-                tuples.into_iter().filter_map(|tuple| table.judge(objects, &tuple))
-            })
-            .collect();
-        judged.sort_by(|a, b| a.atom.cmp(&b.atom));
+        // With tables and objects in order of their names, the judgements come in order.
+        let mut order: Vec<usize> = (0..objects.len()).collect();
+        order.sort_by(|&a, &b| objects[a].name.cmp(&objects[b].name));
+        let mut judged = Vec::new();
+        for table in self.tables(objects) {
+            for_tuples(&self.types, &table.slots, objects, &order, |tuple| {
+                judged.extend(table.judge(objects, tuple));
+            });
+        }
         Grounding { judged, doubts: Vec::new() }
     }
 }
@@ -96,64 +114,72 @@ impl Table {
     fn new(
         domain: &Domain,
         spec: &ObservedSpec,
-        feature: Option<&str>,
+        needs: Needs,
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
         let slots = slots(domain, spec)?;
-        let feature = choose_feature(spec, feature, slots.len())?;
+        let feature = choose_feature(spec, needs, slots.len())?;
         let predicate = spec.predicate.clone();
-        let (positives, negatives) = (Vec::new(), Vec::new());
-        let mut table = Self { predicate, slots, feature, positives, negatives };
+        let (mut positives, mut negatives) = (Vec::new(), Vec::new());
         for exemplar in exemplars.examples() {
-            for tuple in tuples(&domain.types, &table.slots, &exemplar.objects) {
-                let Some((atom, vector)) = table.describe(&exemplar.objects, &tuple) else {
-                    continue;
-                };
+            let objects = &exemplar.objects;
+            let order: Vec<usize> = (0..objects.len()).collect();
+            for_tuples(&domain.types, &slots, objects, &order, |tuple| {
+                let Some(vector) = describe(feature, objects, tuple) else { return };
+                let atom = atom(&predicate, objects, tuple);
                 let holds = exemplar.init.contains(&atom);
-                let evidence = Evidence { exemplar: exemplar.name.clone(), atom };
-                let side = if holds { &mut table.positives } else { &mut table.negatives };
+                let evidence = Arc::new(Evidence { exemplar: exemplar.name.clone(), atom });
+                let side = if holds { &mut positives } else { &mut negatives };
                 side.push(Example { vector, evidence });
-            }
+            });
         }
-        Ok(table)
-    }
-
-    /// A tuple as an atom and a vector; `None` when the feature needs what an object lacks.
-    fn describe(&self, objects: &[ObjectBox], tuple: &[usize]) -> Option<(Atom, Vec<f64>)> {
-        let objects: Vec<&ObjectBox> = tuple.iter().map(|&i| &objects[i]).collect();
-        let args = objects.iter().map(|object| object.name.clone()).collect();
-        let vector = (self.feature.compute)(&objects)?;
-        Some((Atom { predicate: self.predicate.clone(), args }, vector))
+        let (positives, negatives) = (Examples::new(positives), Examples::new(negatives));
+        Ok(Self { predicate, slots, feature, positives, negatives })
     }
 
     fn judge(&self, objects: &[ObjectBox], tuple: &[usize]) -> Option<Judged> {
-        let (atom, vector) = self.describe(objects, tuple)?;
-        let (d_pos, nearest_pos) = nearest(&self.positives, &vector)?;
-        let (d_neg, nearest_neg) = nearest(&self.negatives, &vector)?;
+        let vector = describe(self.feature, objects, tuple)?;
+        let (d_pos, nearest_pos) = self.positives.nearest(&vector)?;
+        let (d_neg, nearest_neg) = self.negatives.nearest(&vector)?;
         Some(Judged {
-            atom,
+            atom: atom(&self.predicate, objects, tuple),
             // A tie does not hold, as in the reference.
             truth: Truth::from(d_pos < d_neg),
             basis: Basis::Observed,
             d_pos,
             d_neg,
-            nearest_pos: nearest_pos.clone(),
-            nearest_neg: nearest_neg.clone(),
+            nearest_pos: Arc::clone(nearest_pos),
+            nearest_neg: Arc::clone(nearest_neg),
         })
     }
 }
 
-/// The feature for objects with volumes: the one that uses them, where there is one.
-fn deep_feature(spec: &ObservedSpec) -> Option<&str> {
-    spec.feature_with_volumes.as_deref().or(spec.feature.as_deref())
+/// A tuple as a vector; `None` when the feature needs what an object lacks.
+fn describe(feature: &Feature, objects: &[ObjectBox], tuple: &[usize]) -> Option<FeatureVector> {
+    match tuple {
+        [i] => (feature.compute)(&[&objects[*i]]),
+        [i, j] => (feature.compute)(&[&objects[*i], &objects[*j]]),
+        _ => None,
+    }
 }
 
-/// The feature of that name, or the usual one for so many objects.
+fn atom(predicate: &Name, objects: &[ObjectBox], tuple: &[usize]) -> Atom {
+    let args = tuple.iter().map(|&i| objects[i].name.clone()).collect();
+    Atom { predicate: predicate.clone(), args }
+}
+
+/// The feature that a predicate names for objects of which so much is known, or the usual one.
 fn choose_feature(
     spec: &ObservedSpec,
-    name: Option<&str>,
+    needs: Needs,
     arity: usize,
 ) -> Result<&'static Feature, PerceptionError> {
+    let special = match needs {
+        Needs::Boxes => &None,
+        Needs::Masks => &spec.feature_with_masks,
+        Needs::Volumes => &spec.feature_with_volumes,
+    };
+    let name = special.as_ref().or(spec.feature.as_ref());
     let feature = match name {
         Some(name) => feature_by_name(name),
         None => default_feature(arity),
@@ -161,14 +187,8 @@ fn choose_feature(
     feature.filter(|f| f.arity == arity).ok_or_else(|| PerceptionError::Value {
         field: format!("observed.{}.feature", spec.predicate),
         expected: format!("a feature of {arity} objects"),
-        got: name.unwrap_or("none").to_owned(),
+        got: name.map_or("none", String::as_str).to_owned(),
     })
-}
-
-/// The nearest example; of several equally near, the first by name, so that order is no matter.
-fn nearest<'a>(examples: &'a [Example], vector: &[f64]) -> Option<(f64, &'a Evidence)> {
-    let distances = examples.iter().map(|e| (distance(&e.vector, vector), &e.evidence));
-    distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)))
 }
 
 #[cfg(test)]
@@ -191,6 +211,7 @@ mod tests {
         vec![ObservedSpec {
             predicate: "on".into(),
             feature: None,
+            feature_with_masks: None,
             feature_with_volumes: None,
             candidates: None,
         }]

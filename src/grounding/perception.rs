@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::appearance::{Srgb, TypeSpec};
 use super::constraints::Constraints;
-use super::features::feature_by_name;
+use super::features::{Needs, feature_by_name};
 use crate::pddl::{Domain, Name};
 
 /// The perception file of a domain, as written and checked.
@@ -55,8 +55,10 @@ pub struct Implied {
 pub struct ObservedSpec {
     /// The predicate.
     pub predicate: Name,
-    /// The feature it is judged by; without one, the default of its arity.
+    /// The feature of boxes it is judged by; without one, the default of its arity.
     pub feature: Option<String>,
+    /// The feature used instead where every example and object has its mask.
+    pub feature_with_masks: Option<String>,
     /// The feature used instead where depth gives every example and object its volume.
     pub feature_with_volumes: Option<String>,
     /// Types per argument where they differ from the domain's declaration.
@@ -178,9 +180,11 @@ impl ObservedSpec {
         if n != 1 && n != 2 {
             return Err(value(field, "a predicate of one or two objects", format!("{n}")));
         }
-        for (key, name) in
-            [("feature", &self.feature), ("feature_with_volumes", &self.feature_with_volumes)]
-        {
+        for (key, name, needs) in [
+            ("feature", &self.feature, Needs::Boxes),
+            ("feature_with_masks", &self.feature_with_masks, Needs::Masks),
+            ("feature_with_volumes", &self.feature_with_volumes, Needs::Volumes),
+        ] {
             let Some(name) = name else { continue };
             let Some(feature) = feature_by_name(name) else {
                 return Err(value(format!("{field}.{key}"), "a known feature", name));
@@ -188,6 +192,10 @@ impl ObservedSpec {
             if feature.arity != n {
                 let expected = format!("a feature of {n} objects");
                 return Err(value(format!("{field}.{key}"), &expected, name));
+            }
+            if feature.needs != Needs::Boxes && feature.needs != needs {
+                let expected = "a feature of what is there by this key's name";
+                return Err(value(format!("{field}.{key}"), expected, name));
             }
         }
         match &self.candidates {
@@ -295,6 +303,11 @@ mod tests {
     fn what_the_domain_does_not_have_is_refused() {
         check("predicate = \"on\"", "predicate = \"under\"", "got under");
         check("predicate = \"on\"", "predicate = \"on\"\nfeature = \"unary6\"", "feature of 2");
+        check(
+            "_with_volumes",
+            "_with_masks",
+            "observed.on.feature_with_masks: expected a feature of",
+        );
         check(
             "type = \"robot\"",
             "type = \"droid\"",

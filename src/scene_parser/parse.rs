@@ -179,7 +179,7 @@ impl SceneParser {
                 type_name: t.type_name.clone(),
                 pixel_box: t.pixel_box,
                 volume: t.volume,
-                mask: None,
+                mask: t.mask.clone(),
             })
             .collect();
         let Grounding { judged, mut doubts } = config.grounder.ground(&boxes);

@@ -1,11 +1,12 @@
 //! Names are identities: which detection is which known object.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::BeliefConfig;
 use super::occlusion::is_covered;
 use crate::detectors::{Detection, Measured, name_detections, unused_name};
-use crate::geometry::PixelBox;
+use crate::geometry::{PixelBox, RowRun};
 use crate::grounding::Perception;
 use crate::pddl::Name;
 use crate::scene::Volume;
@@ -25,6 +26,7 @@ pub(super) struct Track {
     label: Name,
     pub(super) pixel_box: PixelBox,
     pub(super) volume: Option<Volume>,
+    pub(super) mask: Option<Arc<[RowRun]>>,
     pub(super) score: f32,
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
@@ -164,12 +166,14 @@ impl Tracker {
             let phrase = candidate.phrase.filter(|p| self.tracks.iter().all(|t| t.name != *p));
             let (is_phrase, name) = (phrase.is_some(), phrase.unwrap_or(name));
             let name = unused_name(&name, &|name| self.tracks.iter().any(|t| t.name == *name));
+            let mask = candidate.detection.pixels();
             self.tracks.push(Track {
                 name,
                 type_name: candidate.detection.type_name,
                 label: candidate.detection.label,
                 pixel_box: candidate.detection.pixel_box,
                 volume: candidate.volume,
+                mask,
                 score: candidate.detection.score,
                 seen_ns: capture_ns,
                 hidden_frames: 0,
@@ -213,6 +217,7 @@ impl Track {
 
     fn see(&mut self, sighting: &Sighting, capture_ns: u64) {
         self.pixel_box = sighting.detection.pixel_box;
+        self.mask = sighting.detection.pixels();
         self.score = sighting.detection.score;
         self.seen_ns = capture_ns;
         self.hidden_frames = 0;

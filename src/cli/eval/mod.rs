@@ -2,6 +2,7 @@
 
 mod prodgv;
 mod prodgv_tables;
+mod sim_grounding;
 
 use clap::Subcommand;
 
@@ -17,11 +18,14 @@ pub(super) struct Args {
 enum What {
     /// Measure grounding and planning on the paper's data set, a whole or partial checkout of it.
     ProdgV(prodgv::Args),
+    /// Measure grounding on simulated scenes, by camera and by feature.
+    SimGrounding(sim_grounding::Args),
 }
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     match &args.what {
         What::ProdgV(args) => prodgv::run(args),
+        What::SimGrounding(args) => sim_grounding::run(args),
     }
 }

@@ -118,12 +118,14 @@ fn share(part: usize, whole: usize) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+
     use crate::grounding::Evidence;
 
     fn judged(args: &[&str], truth: Truth, basis: Basis) -> Judged {
         let atom = Atom::new("on", args);
-        let evidence = Evidence { exemplar: String::new(), atom: atom.clone() };
-        let (nearest_pos, nearest_neg) = (evidence.clone(), evidence);
+        let evidence = Arc::new(Evidence { exemplar: String::new(), atom: atom.clone() });
+        let (nearest_pos, nearest_neg) = (Arc::clone(&evidence), evidence);
         Judged { atom, truth, basis, d_pos: 1.0, d_neg: 2.0, nearest_pos, nearest_neg }
     }
 

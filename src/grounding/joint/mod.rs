@@ -152,6 +152,7 @@ fn opinions(
         ObservedSpec {
             predicate: opinion.predicate.clone(),
             feature: Some(opinion.feature.clone()),
+            feature_with_masks: None,
             feature_with_volumes: opinion.feature_with_volumes.clone(),
             candidates: own.and_then(|spec| spec.candidates.clone()),
         }

@@ -5,6 +5,7 @@ mod facts;
 mod names;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 
@@ -37,13 +38,14 @@ impl Grounder for Touching {
                 let truth = (a.y2 - b.y1).abs() < 5.0 && (a.centre().0 - b.centre().0).abs() < 25.0;
                 let atom = Atom::new("on", &[above.name.as_str(), below.name.as_str()]);
                 let evidence = Evidence { exemplar: "none".to_owned(), atom: atom.clone() };
+                let evidence = Arc::new(evidence);
                 judged.push(Judged {
                     atom,
                     truth: Truth::from(truth),
                     basis: Basis::Observed,
                     d_pos: if truth { 1.0 } else { 3.0 },
                     d_neg: if truth { 3.0 } else { 1.0 },
-                    nearest_pos: evidence.clone(),
+                    nearest_pos: Arc::clone(&evidence),
                     nearest_neg: evidence,
                 });
             }

@@ -1,0 +1,171 @@
+//! `groundloop eval sim-grounding`: what the features tell apart, seen from where.
+
+use std::path::PathBuf;
+
+use super::Failure;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Run files with a simulated camera; without any, the first one in configs/ of each domain
+    /// that has a scene for this.
+    configs: Vec<PathBuf>,
+    /// How many scenes are looked at from each camera: seeds 1 to this.
+    #[arg(long, default_value_t = 40, value_name = "N",
+          value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Writes the first scene of each camera to this folder.
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
+}
+
+/// Without the simulator there is nothing to look at.
+#[cfg(not(feature = "sim"))]
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    tracing::debug!(?args, "not measured");
+    Err(crate::config::ConfigError::Missing {
+        what: "the simulator".to_owned(),
+        how: "build with `--features sim`".to_owned(),
+    }
+    .into())
+}
+
+/// Measures and prints the table.
+#[cfg(feature = "sim")]
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    with_sim::run(args)
+}
+
+#[cfg(feature = "sim")]
+mod with_sim {
+    use std::collections::BTreeSet;
+    use std::path::{Path, PathBuf};
+
+    use comfy_table::{Cell, CellAlignment, Table, presets};
+    use indicatif::{ProgressBar, ProgressStyle};
+    use serde_json::json;
+
+    use super::super::super::out;
+    use super::{Args, Failure};
+    use crate::config::{DomainFolder, RunConfig, load_run};
+    use crate::eval::sim_grounding::{CAMERAS, Row, Source, Used, has_scene, measure};
+
+    /// Where run files are looked for when none is named.
+    const CONFIGS: &str = "configs";
+
+    pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+        let runs = if args.configs.is_empty() { found()? } else { named(&args.configs)? };
+        let bar = bar(runs.len() as u64 * CAMERAS.len() as u64 * args.seeds);
+        if let Some(folder) = &args.frames {
+            std::fs::create_dir_all(folder).map_err(|e| bad_file(folder, &e))?;
+        }
+        let mut rows = Vec::new();
+        for (run, folder) in &runs {
+            let mut unwritten = None;
+            let mut seen = |camera: &str, seed: u64, image: &image::RgbImage| {
+                bar.inc(1);
+                if let Some(frames) = args.frames.as_ref().filter(|_| seed == 1) {
+                    let path = frames.join(format!("{}_{camera}.png", folder.domain.name));
+                    unwritten =
+                        image.save(&path).err().map(|e| bad_file(&path, &e)).or(unwritten.take());
+                }
+            };
+            rows.extend(measure(run, folder, args.seeds, &mut seen)?);
+            unwritten.map_or(Ok(()), Err)?;
+        }
+        bar.finish_and_clear();
+        if args.json {
+            let rows: Vec<_> = rows.iter().map(in_full).collect();
+            out::json(&json!({ "seeds": [1, args.seeds], "rows": rows }))?;
+        } else {
+            print(&rows, args.seeds);
+        }
+        Ok(0)
+    }
+
+    fn bad_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+        Failure::bad_input(format!("{}: {error}", path.display()))
+    }
+
+    fn named(paths: &[PathBuf]) -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
+        let read = |path: &PathBuf| {
+            let run = load_run(path, &[])?;
+            let folder = DomainFolder::find(&run.domain, &run.origin)?;
+            Ok((run, folder))
+        };
+        paths.iter().map(read).collect()
+    }
+
+    /// The first run file with a simulated camera of each domain that has the scene.
+    fn found() -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
+        let folder = Path::new(CONFIGS);
+        let entries = std::fs::read_dir(folder).map_err(|e| bad_file(folder, &e))?;
+        let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
+        paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+        paths.sort();
+        let mut domains = BTreeSet::new();
+        let mut runs = named(&paths)?;
+        runs.retain(|(run, folder)| {
+            run.sim.is_some() && has_scene(folder) && domains.insert(folder.domain.name.clone())
+        });
+        if runs.is_empty() {
+            let text =
+                "no run file in configs/ has a simulated camera and a domain with a scene for this";
+            return Err(Failure::bad_input(text));
+        }
+        Ok(runs)
+    }
+
+    fn bar(n_scenes: u64) -> ProgressBar {
+        let bar = ProgressBar::new(n_scenes);
+        match ProgressStyle::with_template("{bar:40} {pos}/{len} scenes, {eta} left") {
+            Ok(style) => bar.with_style(style),
+            Err(error) => {
+                tracing::debug!(%error, "progress is shown plainly");
+                bar
+            }
+        }
+    }
+
+    /// A row with its precision and recall.
+    fn in_full(row: &Row) -> serde_json::Value {
+        let mut full = json!(row);
+        full["precision"] = json!(row.precision());
+        full["recall"] = json!(row.recall());
+        full
+    }
+
+    fn print(rows: &[Row], seeds: u64) {
+        for (source, title) in [
+            (Source::Labelled, "Boxes, pixels and depth of the labelled objects"),
+            (Source::Detected, "Boxes and pixels of the colour detector"),
+        ] {
+            let mut table = Table::new();
+            table.load_preset(presets::ASCII_MARKDOWN);
+            table.set_header(["domain", "camera", "features", "P", "R", "exact states", "hidden"]);
+            for row in rows.iter().filter(|row| row.objects == source) {
+                let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+                table.add_row([
+                    Cell::new(&row.domain),
+                    Cell::new(row.camera),
+                    Cell::new(name(row.features)),
+                    right(format!("{:.3}", row.precision())),
+                    right(format!("{:.3}", row.recall())),
+                    right(format!("{}/{}", row.n_exact, row.n_scenes)),
+                    right(row.n_hidden.to_string()),
+                ]);
+            }
+            out::line(&format!("{title}, seeds 1 to {seeds}:\n\n{table}\n"));
+        }
+    }
+
+    fn name(features: Used) -> &'static str {
+        match features {
+            Used::Boxes => "2-D boxes",
+            Used::Masks => "masks",
+            Used::Volumes => "3-D volumes",
+        }
+    }
+}

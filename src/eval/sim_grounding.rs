@@ -1,0 +1,275 @@
+//! Grounding measured on simulated scenes: which feature tells the facts, seen from where.
+//!
+//! Every scene is labelled by what is really there, which is used for scoring alone, and for the
+//! labelled examples: these are always made with the camera that they are used for.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use image::RgbImage;
+use serde::Serialize;
+
+use crate::cameras::sim_labels::{Labeller, Look, Viewpoint, exemplar_scenes};
+use crate::config::{ConfigError, DomainFolder, RunConfig};
+use crate::detectors::{DepthView, Detector, ImageView, volume_of};
+use crate::grounding::{Exemplar, Exemplars, Grounder, ObjectBox, Perception, S2s};
+use crate::pddl::{Atom, Name};
+use crate::scene::Truth;
+
+/// The scene below a domain's folder that is looked at, with one arrangement for each seed.
+const SCENE: &str = "scenes/evaluation.toml";
+
+/// A detection is the labelled object that it overlaps most, by at least this share: less says
+/// that it is something else.
+const IOU_MIN: f64 = 0.3;
+
+/// Where the camera stands: its name, and another place than that of the run file.
+pub const CAMERAS: [(&str, Option<Viewpoint>); 3] = [
+    ("usual", None),
+    ("oblique", Some(Viewpoint { position_m: [0.0, -0.82, 0.72], look_at_m: [0.0, 0.0, 0.05] })),
+    ("side", Some(Viewpoint { position_m: [0.85, -0.6, 0.48], look_at_m: [0.0, 0.0, 0.05] })),
+];
+
+/// What is used of each object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Used {
+    /// Its box: the paper's features.
+    Boxes,
+    /// Its pixels.
+    Masks,
+    /// Its volume, from depth.
+    Volumes,
+}
+
+/// Where the objects come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The colour detector.
+    Detected,
+    /// The labels.
+    Labelled,
+}
+
+/// How well the facts of all scenes were told, seen from one place by one feature.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// The domain.
+    pub domain: String,
+    /// The camera, one of [`CAMERAS`].
+    pub camera: &'static str,
+    /// Where the objects come from.
+    pub objects: Source,
+    /// What is used of them.
+    pub features: Used,
+    /// Facts said and true.
+    pub n_true: u64,
+    /// Facts said and not true.
+    pub n_false: u64,
+    /// Facts true and not said.
+    pub n_missed: u64,
+    /// Scenes in which exactly the true facts were said.
+    pub n_exact: u64,
+    /// Scenes.
+    pub n_scenes: u64,
+    /// Objects that others hide altogether, over all scenes: nothing is expected of them.
+    pub n_hidden: u64,
+}
+
+impl Row {
+    /// The share of what was said that is true; 1 when nothing was said.
+    pub fn precision(&self) -> f64 {
+        share(self.n_true, self.n_false)
+    }
+
+    /// The share of what is true that was said; 1 when there is nothing to say.
+    pub fn recall(&self) -> f64 {
+        share(self.n_true, self.n_missed)
+    }
+
+    fn count(&mut self, said: &BTreeSet<Atom>, truth: &BTreeSet<Atom>, n_hidden: usize) {
+        self.n_true += said.intersection(truth).count() as u64;
+        self.n_false += said.difference(truth).count() as u64;
+        self.n_missed += truth.difference(said).count() as u64;
+        self.n_exact += u64::from(said == truth);
+        self.n_scenes += 1;
+        self.n_hidden += n_hidden as u64;
+    }
+}
+
+fn share(part: u64, rest: u64) -> f64 {
+    if part + rest == 0 { 1.0 } else { part as f64 / (part + rest) as f64 }
+}
+
+/// Whether a domain has the scene that is looked at.
+pub fn has_scene(folder: &DomainFolder) -> bool {
+    folder.path.join(SCENE).is_file()
+}
+
+/// Measures one domain from every camera, on one scene for each seed. `seen` is told after each
+/// scene, with the camera's name, the seed and the image.
+///
+/// # Errors
+/// [`ConfigError`] naming the file.
+pub fn measure(
+    config: &RunConfig,
+    folder: &DomainFolder,
+    seeds: u64,
+    seen: &mut dyn FnMut(&str, u64, &RgbImage),
+) -> Result<Vec<Row>, ConfigError> {
+    let mut rows = Vec::new();
+    for (camera, from) in CAMERAS {
+        let mut labeller = Labeller::new(config, folder)?;
+        let examples = examples(&mut labeller, folder, config.seed, from)?;
+        let mut setup = SetUp::new(folder, &examples)?;
+        let mut measured: Vec<Row> = setup
+            .combinations()
+            .map(|(objects, features)| row(folder, camera, objects, features))
+            .collect();
+        for seed in 1..=seeds {
+            let look = labeller.look(&folder.path.join(SCENE), seed, from)?;
+            let detected = setup.detect(&look)?;
+            for row in &mut measured {
+                let objects = match row.objects {
+                    Source::Detected => &detected,
+                    Source::Labelled => &look.objects,
+                };
+                let said = setup.facts(objects, row.features);
+                row.count(&said, &setup.observed(&look.facts), look.n_hidden);
+            }
+            seen(camera, seed, &look.image);
+        }
+        rows.extend(measured);
+    }
+    Ok(rows)
+}
+
+fn row(folder: &DomainFolder, camera: &'static str, objects: Source, features: Used) -> Row {
+    let domain = folder.domain.name.to_string();
+    let (n_true, n_false, n_missed, n_exact, n_scenes, n_hidden) = Default::default();
+    Row {
+        domain,
+        camera,
+        objects,
+        features,
+        n_true,
+        n_false,
+        n_missed,
+        n_exact,
+        n_scenes,
+        n_hidden,
+    }
+}
+
+/// The domain's labelled examples, seen by this camera.
+fn examples(
+    labeller: &mut Labeller<'_>,
+    folder: &DomainFolder,
+    seed: u64,
+    from: Option<Viewpoint>,
+) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
+    let paths: Vec<PathBuf> = exemplar_scenes(folder)?;
+    let mut examples = Vec::new();
+    for (path, seed) in paths.iter().zip(seed..) {
+        let look = labeller.look(path, seed, from)?;
+        let exemplar = Exemplar {
+            name: path.display().to_string(),
+            image_size: [look.image.width(), look.image.height()],
+            objects: look.objects,
+            init: look.facts,
+        };
+        examples.push((look.image, exemplar));
+    }
+    Ok(examples)
+}
+
+/// What one camera and its labelled examples make.
+struct SetUp<'a> {
+    perception: &'a Perception,
+    detector: Box<dyn Detector>,
+    grounders: Vec<(Used, S2s)>,
+}
+
+impl<'a> SetUp<'a> {
+    fn new(
+        folder: &'a DomainFolder,
+        examples: &[(RgbImage, Exemplar)],
+    ) -> Result<Self, ConfigError> {
+        let perception = &folder.perception;
+        let mut grounders = Vec::new();
+        for used in [Used::Boxes, Used::Masks, Used::Volumes] {
+            let reduced = examples.iter().map(|(_, example)| Exemplar {
+                objects: example.objects.iter().map(|o| used.of(o)).collect(),
+                ..example.clone()
+            });
+            let exemplars = Exemplars::new(reduced.collect())?;
+            grounders.push((used, S2s::new(&folder.domain, &perception.observed, &exemplars)?));
+        }
+        let detector = folder.detector("colour", (None, Path::new("")), examples)?;
+        Ok(Self { perception, detector, grounders })
+    }
+
+    fn combinations(&self) -> impl Iterator<Item = (Source, Used)> {
+        let used = self.grounders.iter().map(|(used, _)| *used);
+        used.flat_map(|used| [(Source::Detected, used), (Source::Labelled, used)])
+    }
+
+    /// The detector's objects, under the names of the labelled ones that they are.
+    fn detect(&mut self, look: &Look) -> Result<Vec<ObjectBox>, ConfigError> {
+        let (width, height) = (look.image.width() as usize, look.image.height() as usize);
+        let fault = |reason: String| ConfigError::File { path: SCENE.to_owned(), reason };
+        let view =
+            ImageView::new(width, height, look.image.as_raw()).map_err(|e| fault(e.to_string()))?;
+        let depth =
+            DepthView::new(width, height, &look.depth_m).map_err(|e| fault(e.to_string()))?;
+        let detections = self.detector.detect(&view, &[])?.objects;
+        let objects = detections.into_iter().enumerate().map(|(i, detection)| {
+            let rule = self.perception.type_spec(&detection.type_name).map(|spec| spec.depth);
+            let rule = rule.unwrap_or_default();
+            let measured = volume_of(&detection, &depth, &look.model, rule);
+            ObjectBox {
+                name: Name::new(format!("unknown{i}")),
+                type_name: detection.type_name,
+                pixel_box: detection.pixel_box,
+                volume: measured.map(|measured| measured.volume),
+                mask: Some(detection.mask.into()),
+            }
+        });
+        let mut objects: Vec<ObjectBox> = objects.collect();
+        for labelled in &look.objects {
+            let iou = |o: &ObjectBox| o.pixel_box.iou(&labelled.pixel_box);
+            let same = objects.iter_mut().filter(|o| o.type_name == labelled.type_name);
+            let nearest = same.max_by(|a, b| iou(a).total_cmp(&iou(b)));
+            if let Some(nearest) = nearest.filter(|o| iou(o) >= IOU_MIN) {
+                nearest.name = labelled.name.clone();
+            }
+        }
+        Ok(objects)
+    }
+
+    /// The facts that are said to hold, by one feature.
+    fn facts(&self, objects: &[ObjectBox], used: Used) -> BTreeSet<Atom> {
+        let objects: Vec<ObjectBox> = objects.iter().map(|object| used.of(object)).collect();
+        let grounder = self.grounders.iter().find(|(of, _)| *of == used);
+        let judged = grounder.map(|(_, s2s)| s2s.ground(&objects).judged).unwrap_or_default();
+        judged.into_iter().filter(|j| j.truth == Truth::True).map(|j| j.atom).collect()
+    }
+
+    fn observed(&self, facts: &BTreeSet<Atom>) -> BTreeSet<Atom> {
+        let observed =
+            |atom: &&Atom| self.perception.observed_predicates().any(|p| *p == atom.predicate);
+        facts.iter().filter(observed).cloned().collect()
+    }
+}
+
+impl Used {
+    /// The object without what is not used.
+    fn of(self, object: &ObjectBox) -> ObjectBox {
+        ObjectBox {
+            volume: object.volume.filter(|_| self == Self::Volumes),
+            mask: object.mask.clone().filter(|_| self == Self::Masks),
+            ..object.clone()
+        }
+    }
+}
