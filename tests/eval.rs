@@ -1,6 +1,6 @@
 //! `groundloop eval prodg-v`: the recorded dev results to the digit where the data set is there, and
 //! whole, partial and broken checkouts made here.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test file")]
+#![expect(clippy::unwrap_used, reason = "a test file")]
 
 mod common;
 
@@ -191,9 +191,9 @@ impl Checkout {
     fn remove(&self, path: &str) {
         let path = self.path().join(path);
         if path.is_dir() {
-            fs::remove_dir_all(path).unwrap()
+            fs::remove_dir_all(path).unwrap();
         } else {
-            fs::remove_file(path).unwrap()
+            fs::remove_file(path).unwrap();
         }
     }
 
@@ -235,14 +235,14 @@ const GOAL: &str = "(and (on blue_block red_block))";
 
 fn on(stacks: Stacks) -> String {
     let pairs = stacks.iter().flat_map(|stack| stack.windows(2));
-    pairs.map(|pair| format!("(on {} {})", pair[1], pair[0])).collect()
+    pairs.map(|pair| format!("(on {} {})", pair[1], pair[0])).collect::<Vec<_>>().join(" ")
 }
 
 fn derived(stacks: Stacks) -> String {
     let stack = |stack: &&[&str]| {
         format!("(ontable {}) (clear {})", stack.first().unwrap(), stack.last().unwrap())
     };
-    stacks.iter().map(stack).collect()
+    stacks.iter().map(stack).collect::<Vec<_>>().join(" ")
 }
 
 /// Left edge, upper edge, side.

@@ -185,11 +185,11 @@ fn fact_fault(episode: &Episode) -> String {
 
 /// The first few, and how many more.
 fn listed(names: &[String]) -> String {
-    let mut text = names.iter().take(NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
-    if names.len() > NAMED_MAX {
-        text.push_str(&format!(" and {} more", names.len() - NAMED_MAX));
+    let shown = names.iter().take(NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(NAMED_MAX) {
+        0 => shown,
+        n_more => format!("{shown} and {n_more} more"),
     }
-    text
 }
 
 fn told(outcome: &Outcome) -> String {
