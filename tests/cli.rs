@@ -131,7 +131,7 @@ fn settings_that_make_no_sense_are_named() {
         ("seed=abc", "invalid type: string \"abc\", expected u64"),
         ("camera.rate_hz=-1", "camera.rate_hz: expected a positive number, got -1"),
         ("camera.kind=radar", "unknown variant `radar`"),
-        ("goal.kind=telepathy", "unknown goal kind \"telepathy\": expected one of instruction"),
+        ("goal.kind=telepathy", "unknown goal kind \"telepathy\": expected one of image"),
         ("perception.detector=eyes", "perception.detector: expected annotated or colour"),
         ("planner.name=oracle", "planner.name: expected embedded, got oracle"),
         ("robot.kind=none", "clock: expected \"realtime\""),
