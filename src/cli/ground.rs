@@ -182,6 +182,7 @@ fn report(
     } else {
         None
     };
+    let doubts: Vec<String> = grounded.grounding.doubts.iter().map(ToString::to_string).collect();
     if args.json {
         let objects: Vec<Value> = grounded
             .boxes
@@ -200,6 +201,7 @@ fn report(
             "objects": objects,
             "facts": lists(&grounded.facts.known),
             "unknown": lists(&grounded.facts.unknown),
+            "doubts": doubts,
             "goal": goal_text,
             "plan": steps,
         }));
@@ -211,6 +213,7 @@ fn report(
     }
     grounded.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
+    doubts.iter().for_each(|doubt| out::line(&format!("doubt   {doubt}")));
     if let Some(goal) = goal_text {
         out::line(&format!("goal    {goal}"));
     }

@@ -137,6 +137,10 @@ impl Constraints {
         for (field, names) in lists {
             names.iter().try_for_each(|name| binary(domain, field, name))?;
         }
+        if self.exactly_one_of.iter().any(|group| group.arguments.is_empty()) {
+            let field = "constraints.exactly_one_of.arguments";
+            return Err(value(field, "at least one argument of a predicate", "none"));
+        }
         for place in self.exactly_one_of.iter().flat_map(|group| &group.arguments) {
             let field = "constraints.exactly_one_of.arguments";
             let n = arity(domain, field, &place.predicate)?;
@@ -147,8 +151,12 @@ impl Constraints {
         }
         for support in &self.support {
             binary(domain, "constraints.support.predicate", &support.predicate)?;
-            if let Some(name) = &support.stack_at {
-                binary(domain, "constraints.support.stack_at", name)?;
+            if let Some(name) = &support.stack_at
+                && !self.exactly_one.contains(name)
+                && !self.functional.contains(name)
+            {
+                let expected = "a predicate of constraints.exactly_one or constraints.functional";
+                return Err(value("constraints.support.stack_at", expected, name));
             }
             for name in &support.agrees_with {
                 if !self.strict_order.contains(name) {

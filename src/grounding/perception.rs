@@ -316,4 +316,35 @@ mod tests {
         check("args = [\"arm\"]", "args = [\"leg\"]", "expected an implied object");
         check("functional = [\"on\"]", "functional = [\"clear\"]", "predicates of two objects");
     }
+
+    #[test]
+    fn constraints_that_do_not_fit_are_refused_by_their_key() {
+        let support = "[[constraints.support]]\npredicate = \"on\"";
+        let with = |text: &str, expect: &str| check(support, text, expect);
+        with(
+            "[[constraints.support]]\npredicate = \"clear\"",
+            "constraints.support.predicate: expected predicates of two objects, got clear",
+        );
+        with(
+            &format!("{support}\nstack_at = \"holding\""),
+            "constraints.support.stack_at: expected a predicate of constraints.exactly_one or",
+        );
+        with(
+            &format!("{support}\nagrees_with = [\"on\"]"),
+            "constraints.support.agrees_with: expected a predicate of constraints.strict_order",
+        );
+        let group = "[[constraints.exactly_one_of]]\narguments = ";
+        with(&format!("{group}[]"), "constraints.exactly_one_of.arguments: expected at least one");
+        with(&format!("{group}[\"on.3\"]"), "expected an argument from 1 to 2 of on, got 3");
+        with(&format!("{group}[\"on\"]"), "expected a predicate and an argument such as \"at.1\"");
+        let opinion = "[[constraints.second_opinion]]\nfeature = ";
+        with(
+            &format!("{opinion}\"size\"\npredicate = \"clear\""),
+            "constraints.second_opinion.predicate: expected an observed predicate, got clear",
+        );
+        with(
+            &format!("{opinion}\"unary6\"\npredicate = \"on\""),
+            "constraints.second_opinion.feature: expected a feature of 2 objects, got unary6",
+        );
+    }
 }

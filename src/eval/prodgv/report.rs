@@ -200,7 +200,7 @@ fn pair_report(episode: &super::Episode) -> PairReport {
         list.iter().map(ToString::to_string).collect()
     }
     let score = &episode.score;
-    let doubts = episode.grounding.doubts.iter().map(|doubt| doubt.reason.clone());
+    let doubts = episode.grounding.doubts.iter().map(ToString::to_string);
     let goal = match &episode.goal {
         Ok(goal) => goal.to_string(),
         Err(fault) => fault.why.clone(),
