@@ -412,3 +412,68 @@ fn a_phrase_of_the_goal_becomes_a_name() {
     assert!(report["facts"].as_array().unwrap().contains(&json!(["clear", "my_cup"])));
     assert_eq!(report["plan"], json!([]), "{}", ended.stderr);
 }
+
+// ── the loop ────────────────────────────────────────────────────────────────────────────────────
+
+const PICTURE: &str = "domains/blocksworld/exemplar/sim_640x480/a_tower_and_singles";
+
+/// A camera process that shows one shipped picture, and a run that asks a service about it.
+fn run_with(service: &str, wait_s: &str, name: &str) -> (Process, Process) {
+    let image = format!("{PICTURE}.png");
+    let mut camera = Process::start(&["camera", "images", &image, "--fps", "20", "--run", name]);
+    camera.wait_for_line("publishing 1 images at 20 Hz");
+    let patience = "patience={attempts_max=1}";
+    let options =
+        format!("perception.options={{dialect=\"hugging_face\", url=\"{service}\", {patience}}}");
+    let wait = format!("camera.wait_s={wait_s}");
+    let settings = [
+        "perception.exemplar={folder=\"sim_640x480\"}",
+        "goal.text=red over blue over green",
+        "perception.detector=http",
+        &options,
+        &wait,
+    ];
+    let args = ["run", "configs/photo_blocksworld.toml", "--json", "--run", name];
+    let sets = settings.iter().flat_map(|set| ["--set", *set]);
+    (camera, Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>()))
+}
+
+#[test]
+fn a_run_looks_through_a_service() {
+    let boxes = std::fs::read_to_string(project(&format!("{PICTURE}.json"))).unwrap();
+    let boxes: serde_json::Map<String, Value> = serde_json::from_str(&boxes).unwrap();
+    let found: Vec<Value> = boxes
+        .values()
+        .map(|edges| {
+            let edges = json!({"xmin": edges[0], "ymin": edges[1], "xmax": edges[2],
+                "ymax": edges[3]});
+            json!({"label": "colored block", "score": 0.9, "box": edges})
+        })
+        .collect();
+    let (service, _) = Service::answering(ok(&Value::from(found)));
+    let name = common::unique_run("service");
+    let (_camera, run) = run_with(&service.server.uri(), "120.0", &name);
+    let ended = run.end();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.stderr);
+    let report = ended.json();
+    assert_eq!(report["verdict"], "planned", "{report}");
+    // What the colour detector sees there, and what the labels say.
+    let facts = std::fs::read_to_string(project(
+        "tests/snapshots/external_camera__facts_of_a_tower_and_singles.snap",
+    ));
+    let seen = report["facts"].as_array().unwrap().iter().map(|fact| fact.as_str().unwrap());
+    assert!(facts.unwrap().ends_with(&(seen.collect::<Vec<_>>().join("\n") + "\n")), "{report}");
+}
+
+#[test]
+fn a_run_without_its_service_is_exit_code_5() {
+    let url = format!("http://127.0.0.1:{}", nobodys_port());
+    let name = common::unique_run("no-service");
+    let (_camera, run) = run_with(&url, "1.0", &name);
+    let ended = run.end();
+    assert_eq!(ended.status.code(), Some(5), "{}", ended.stderr);
+    for said in ["an answer of the detector http for 1 s (camera.wait_s)", "is the server running?"]
+    {
+        assert!(ended.stderr.contains(said), "{}", ended.stderr);
+    }
+}

@@ -1,6 +1,6 @@
 //! An exported detector: a model made here, byte by byte, runs on a picture.
 //!
-//!   cargo test --features onnx --test onnx_detector
+//! `cargo test --features onnx --test onnx_detector`
 #![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 mod common;

@@ -20,6 +20,7 @@ mod annotated;
 mod looks;
 mod http;
 mod onnx;
+mod silhouette;
 mod volume;
 mod compose;
 

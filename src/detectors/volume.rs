@@ -4,6 +4,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use thiserror::Error;
 
 use super::image::check_sides;
+use super::silhouette::mask_of_box;
 use super::{Detection, ImageError};
 use crate::geometry::CameraModel;
 use crate::geometry::RowRun;
@@ -52,7 +53,7 @@ impl<'a> DepthView<'a> {
     }
 
     /// The depth of one pixel in metres, `None` where it is unknown or outside the image.
-    fn at(&self, x: u32, y: u32) -> Option<f64> {
+    pub(super) fn at(&self, x: u32, y: u32) -> Option<f64> {
         let index = (x as usize) < self.width;
         let depth = index.then(|| self.depth_m.get(y as usize * self.width + x as usize));
         depth.flatten().map(|d| f64::from(*d)).filter(|d| d.is_finite() && *d > 0.0)
@@ -121,7 +122,7 @@ const WHOLE_SHARE_MIN: f64 = 0.25;
 /// object is its front and top: left and right are taken from the ends of the mask's rows, bottom
 /// and top from the ends of its columns, the front from the lower ends of the middle columns; how
 /// deep the object is follows from `rule`. Quantiles stand in for extremes, against noise and stray
-/// pixels. Ends beyond which something nearer lies are left out as long as others tell the edge;
+/// pixels. A detection without a mask has that of its box at the depth of its middle. Ends beyond which something nearer lies are left out as long as others tell the edge;
 /// otherwise the side is reported as cut. The centre is in the world frame; the extents are those
 /// across and along the camera's direction, which is what x and y are for a camera that looks
 /// along y.
@@ -139,11 +140,18 @@ pub fn volume_of(
     let pixel = |x: u32, y: u32, dx: f64, dy: f64| {
         lift(f64::from(x) + dx, f64::from(y) + dy, depth.at(x, y)?)
     };
-    let pixels = detection.mask.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
+    let filled;
+    let mask = if detection.mask.is_empty() {
+        filled = mask_of_box(&detection.pixel_box, depth, camera);
+        &filled
+    } else {
+        &detection.mask
+    };
+    let pixels = mask.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
     if pixels.filter(|&(x, y)| depth.at(x, y).is_some()).take(PIXELS_MIN).count() < PIXELS_MIN {
         return None;
     }
-    let (rows, columns) = (row_ends(&detection.mask), column_ends(&detection.mask));
+    let (rows, columns) = (row_ends(mask), column_ends(mask));
     // Half a pixel outwards: to the edge of the last pixel, not to its middle.
     let left = Edge::of(rows.iter().filter_map(|r| {
         let hidden = depth.is_covered((r.x_start, r.y), (-BEYOND_PX, 0));
@@ -395,6 +403,44 @@ mod tests {
             let volume = Volume { centre: Point3::new(x, y, z), extent: [0.05; 3] };
             check(640, 480, volume, 0.002);
             check(320, 240, volume, 0.004);
+        }
+    }
+
+    /// A detector that gives boxes only: the table around the cube is in the box too, so the volume
+    /// is rougher than one from a mask, but a gripper still finds it.
+    #[test]
+    fn a_cube_on_a_table_is_lifted_from_its_box() {
+        for x in [0.0, 0.15, -0.28] {
+            let (width, height, camera) = (640, 480, camera(640, 480));
+            let volume = Volume { centre: Point3::new(x, 0.0, 0.025), extent: [0.05; 3] };
+            let table = Volume { centre: Point3::new(0.0, 0.0, -0.05), extent: [4.0, 4.0, 0.1] };
+            let k = camera.intrinsics;
+            let from = Point3::from(camera.world_from_camera.translation.vector);
+            let mut depth_m = vec![0.0_f32; width * height];
+            let [mut x1, mut y1, mut x2, mut y2] = [width, height, 0, 0];
+            for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+                let ray = Vector3::new((x as f64 - k.cx) / k.fx, (y as f64 - k.cy) / k.fy, 1.0);
+                let ray = camera.world_from_camera * ray;
+                let (cube, table) = (hit(from, ray, &volume), hit(from, ray, &table));
+                depth_m[y * width + x] = cube.or(table).unwrap_or(0.0) as f32;
+                if cube.is_some() {
+                    (x1, y1, x2, y2) = (x1.min(x), y1.min(y), x2.max(x + 1), y2.max(y + 1));
+                }
+            }
+            let detection = Detection {
+                name: None,
+                type_name: "block".into(),
+                label: "red".into(),
+                pixel_box: PixelBox::from([x1, y1, x2, y2].map(|v| v as f64)),
+                score: 1.0,
+                mask: Vec::new(),
+            };
+            let depth = DepthView::new(width, height, &depth_m).unwrap();
+            let lifted = volume_of(&detection, &depth, &camera, DepthRule::AsWide).unwrap().volume;
+            let off = (lifted.centre - volume.centre).abs().max();
+            assert!(off < 0.01, "{lifted:?} for {volume:?}");
+            let wide = lifted.extent.iter().map(|e| (e - 0.05).abs()).fold(0.0, f64::max);
+            assert!(wide < 0.02, "{lifted:?} for {volume:?}");
         }
     }
 

@@ -11,7 +11,9 @@ use std::time::Duration;
 use tokio::time::{Instant, sleep_until};
 
 use super::thread::{Answer, DetectorThread, Look};
-use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_depth};
+use super::{
+    Args, Looked, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth,
+};
 use crate::actors::{ActorError, Fatal};
 use crate::detectors::DepthView;
 use crate::messages::Scene;
@@ -45,7 +47,7 @@ struct Tools {
 pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
     let now = Instant::now();
     let mut tools = Tools {
-        thread: DetectorThread::start(args.detector.clone())?,
+        thread: DetectorThread::start(MakeDetector::clone(&args.detector))?,
         depths: None,
         bad_frame: None,
         bad_answer: None,

@@ -131,7 +131,11 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         goals: bus.inbox(&GOAL)?,
         scenes: bus.outbox(&SCENE)?,
     };
-    if args.beside { beside::serve(&args, ports).await } else { inline::serve(&args, ports).await }
+    if args.beside {
+        Box::pin(beside::serve(&args, ports)).await
+    } else {
+        Box::pin(inline::serve(&args, ports)).await
+    }
 }
 
 /// Nothing usable came in time: the camera or the detector is missing, or says what cannot be
