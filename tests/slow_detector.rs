@@ -187,21 +187,23 @@ fn the_loop_goes_on_with_the_last_answer_at_its_own_age() {
         assert_eq!(rig.given().await, 5);
         check(&rig.scene().await, 5, 2, 34.0);
         // A failure and a panic end nothing; after a pause the detector is asked again.
-        let mut number = 5;
+        let (mut number, mut given) = (5, 5);
         for go in [Go::Fail, Go::Panic] {
             rig.gate.send(go).unwrap();
-            loop {
+            given = loop {
                 number += 1;
                 rig.show(number);
                 assert_eq!(rig.scene().await.cause.frame_sequence, 2);
-                if rig.started.try_recv().is_ok() {
-                    break;
+                if let Ok(given) = rig.started.try_recv() {
+                    break given;
                 }
-            }
+            };
         }
         rig.gate.send(Go::See(38.0)).unwrap();
         let scene = rig.scene().await;
-        check(&scene, scene.cause.cycle, number, 38.0);
+        let frame = scene.cause.frame_sequence;
+        assert!(frame as u8 == given && frame <= number, "{frame} for {given}, {number} shown");
+        check(&scene, scene.cause.cycle, frame, 38.0);
         rig.actor.abort();
     });
 }
