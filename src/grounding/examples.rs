@@ -12,25 +12,39 @@ pub(super) struct Example {
     pub(super) evidence: Arc<Evidence>,
 }
 
+/// How many examples are looked at together: their numbers lie side by side, so that the processor
+/// works on several at a time.
+const LANES: usize = 8;
+
+/// Squared distances that differ by less than this share may have the same root.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Labelled tuples, sorted by the number of their vectors in which they differ most: a search begins
 /// where that number is the searched one's and ends where it alone is farther off than the nearest.
 #[derive(Debug, Clone)]
 pub(super) struct Examples {
     /// Which of the vectors' numbers.
     key: usize,
-    vectors: Vec<FeatureVector>,
-    /// Of each vector its place in `evidence`.
-    ranks: Vec<u32>,
+    /// How many of the vectors' numbers are in use.
+    length: usize,
+    blocks: Vec<Block>,
     /// In its own order.
     evidence: Vec<Arc<Evidence>>,
 }
 
-/// Squared distances that differ by less than this share may have the same root, or be sums of the
-/// same squares in another order.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// A few examples; places that are left over are infinitely far from everything.
+#[derive(Debug, Clone)]
+struct Block {
+    /// The least and the greatest key.
+    keys: [f64; 2],
+    numbers: [[f64; LANES]; FEATURE_LENGTH_MAX],
+    /// Places in the list of evidence.
+    ranks: [u32; LANES],
+}
 
 impl Examples {
-    pub(super) fn new(mut examples: Vec<Example>) -> Self {
+    /// `length` is how many of the vectors' numbers are in use.
+    pub(super) fn new(mut examples: Vec<Example>, length: usize) -> Self {
         examples.sort_by(|a, b| a.evidence.cmp(&b.evidence));
         let spread = |i: usize| {
             let numbers = || examples.iter().map(|e| e.vector[i]);
@@ -41,12 +55,16 @@ impl Examples {
         let mut ranked: Vec<(FeatureVector, u32)> =
             examples.iter().map(|e| e.vector).zip(0..).collect();
         ranked.sort_by(|a, b| a.0[key].total_cmp(&b.0[key]));
-        let (vectors, ranks) = ranked.into_iter().unzip();
-        Self { key, vectors, ranks, evidence: examples.into_iter().map(|e| e.evidence).collect() }
+        Self {
+            key,
+            length,
+            blocks: ranked.chunks(LANES).map(|examples| Block::new(examples, key)).collect(),
+            evidence: examples.into_iter().map(|e| e.evidence).collect(),
+        }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.vectors.is_empty()
+        self.evidence.is_empty()
     }
 
     /// The distance to the nearest example; of several equally near, the first by name, so that
@@ -54,25 +72,52 @@ impl Examples {
     pub(super) fn nearest(&self, vector: &FeatureVector) -> Option<(f64, &Arc<Evidence>)> {
         let mut best = Best { distance: f64::INFINITY, rank: u32::MAX, bound: f64::INFINITY };
         let key = vector[self.key];
-        let middle = self.vectors.partition_point(|example| example[self.key] < key);
-        // A sum of squares is no less than one of them, also as floats are rounded.
-        let far = |example: &FeatureVector, best: &Best| {
-            let apart = example[self.key] - key;
-            apart * apart > best.bound
+        let middle = self.blocks.partition_point(|block| block.keys[1] < key);
+        let (below, above) = self.blocks.split_at(middle);
+        // Whether the block, and with it all that lie beyond, is too far off to be looked at.
+        let mut is_far = |apart: f64, block: &Block| {
+            // A sum of squares is no less than one of them, also as floats are rounded.
+            let is_far = apart * apart > best.bound;
+            if !is_far {
+                best.offer(&block.squared_distances(&vector[..self.length]), &block.ranks);
+            }
+            is_far
         };
-        for i in middle..self.vectors.len() {
-            if far(&self.vectors[i], &best) {
-                break;
-            }
-            best.offer(&self.vectors[i], vector, self.ranks[i]);
-        }
-        for i in (0..middle).rev() {
-            if far(&self.vectors[i], &best) {
-                break;
-            }
-            best.offer(&self.vectors[i], vector, self.ranks[i]);
-        }
+        let _above = above.iter().find(|block| is_far((block.keys[0] - key).max(0.0), block));
+        let _below = below.iter().rfind(|block| is_far(key - block.keys[1], block));
         Some((best.distance, self.evidence.get(best.rank as usize)?))
+    }
+}
+
+impl Block {
+    /// From at least one example and at most as many as there are lanes, sorted by their keys.
+    fn new(examples: &[(FeatureVector, u32)], key: usize) -> Self {
+        let mut block = Self {
+            keys: [f64::INFINITY, f64::NEG_INFINITY],
+            numbers: [[f64::INFINITY; LANES]; FEATURE_LENGTH_MAX],
+            ranks: [u32::MAX; LANES],
+        };
+        for (lane, (vector, rank)) in examples.iter().enumerate() {
+            let [low, high] = block.keys;
+            block.keys = [low.min(vector[key]), high.max(vector[key])];
+            block.ranks[lane] = *rank;
+            for (numbers, number) in block.numbers.iter_mut().zip(vector) {
+                numbers[lane] = *number;
+            }
+        }
+        block
+    }
+
+    /// Squares are added in the order of the vector's numbers: the sums are the same wherever an
+    /// example lies.
+    fn squared_distances(&self, vector: &[f64]) -> [f64; LANES] {
+        let mut sums = [0.0; LANES];
+        for (numbers, number) in self.numbers.iter().zip(vector) {
+            for (sum, other) in sums.iter_mut().zip(numbers) {
+                *sum += (other - number) * (other - number);
+            }
+        }
+        sums
     }
 }
 
@@ -85,24 +130,18 @@ struct Best {
 }
 
 impl Best {
-    fn offer(&mut self, example: &FeatureVector, vector: &FeatureVector, rank: u32) {
-        let squares = squared_differences(example, vector);
-        let [a, b, c, d, e, f, g, h] = squares;
-        // Added in this order, most of the work is done two or four numbers at a time.
-        if ((a + e) + (c + g)) + ((b + f) + (d + h)) > self.bound {
-            return;
-        }
-        // Added one after the other, as everywhere else, the sum is exactly the same everywhere.
-        let squared: f64 = squares.into_iter().sum();
-        let distance = squared.sqrt();
-        if distance < self.distance || (distance == self.distance && rank < self.rank) {
-            *self = Self { distance, rank, bound: squared * (1.0 + ROUNDING) };
+    fn offer(&mut self, squared: &[f64; LANES], ranks: &[u32; LANES]) {
+        for (squared, rank) in squared.iter().zip(ranks) {
+            if *squared > self.bound {
+                continue;
+            }
+            let distance = squared.sqrt();
+            if distance < self.distance || (distance == self.distance && *rank < self.rank) {
+                let bound = squared * (1.0 + ROUNDING);
+                *self = Self { distance, rank: *rank, bound };
+            }
         }
     }
-}
-
-fn squared_differences(a: &FeatureVector, b: &FeatureVector) -> FeatureVector {
-    std::array::from_fn(|i| (a[i] - b[i]) * (a[i] - b[i]))
 }
 
 #[cfg(test)]
@@ -139,7 +178,7 @@ mod tests {
             let plain = examples.iter().map(|e| (distance(e), &e.evidence));
             let (distance, evidence) =
                 plain.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1))).unwrap();
-            let pruned = Examples::new(examples.clone());
+            let pruned = Examples::new(examples.clone(), FEATURE_LENGTH_MAX);
             let found = pruned.nearest(&sought).unwrap();
             prop_assert_eq!(found, (distance, evidence));
         }

@@ -20,6 +20,8 @@ pub struct Feature {
     pub arity: usize,
     /// What it must know of each object.
     pub needs: Needs,
+    /// How many numbers it has; the others of its vectors are 0.
+    pub length: usize,
     /// Computes it; the slice has `arity` objects, in the predicate's order. `None` when one of
     /// them lacks what the feature needs.
     pub compute: fn(&[&ObjectBox]) -> Option<FeatureVector>,
@@ -38,13 +40,31 @@ pub enum Needs {
 
 /// Every feature, in alphabetical order.
 pub const FEATURES: &[Feature] = &[
-    Feature { name: "mask_relation", arity: 2, needs: Needs::Masks, compute: mask_relation },
-    Feature { name: "mask_size", arity: 2, needs: Needs::Masks, compute: mask_size },
-    Feature { name: "relation5", arity: 2, needs: Needs::Boxes, compute: relation5 },
-    Feature { name: "size", arity: 2, needs: Needs::Boxes, compute: size },
-    Feature { name: "unary6", arity: 1, needs: Needs::Boxes, compute: unary6 },
-    Feature { name: "volume_relation", arity: 2, needs: Needs::Volumes, compute: volume_relation },
-    Feature { name: "volume_size", arity: 2, needs: Needs::Volumes, compute: volume_size },
+    Feature {
+        name: "mask_relation",
+        arity: 2,
+        needs: Needs::Masks,
+        length: 7,
+        compute: mask_relation,
+    },
+    Feature { name: "mask_size", arity: 2, needs: Needs::Masks, length: 3, compute: mask_size },
+    Feature { name: "relation5", arity: 2, needs: Needs::Boxes, length: 5, compute: relation5 },
+    Feature { name: "size", arity: 2, needs: Needs::Boxes, length: 2, compute: size },
+    Feature { name: "unary6", arity: 1, needs: Needs::Boxes, length: 6, compute: unary6 },
+    Feature {
+        name: "volume_relation",
+        arity: 2,
+        needs: Needs::Volumes,
+        length: 7,
+        compute: volume_relation,
+    },
+    Feature {
+        name: "volume_size",
+        arity: 2,
+        needs: Needs::Volumes,
+        length: 3,
+        compute: volume_size,
+    },
 ];
 
 /// The feature of that name.
@@ -223,7 +243,8 @@ mod tests {
         assert!(FEATURES.is_sorted_by_key(|f| f.name));
         let o = object([1.0, 2.0, 3.0, 5.0], [0.0; 3], [0.05; 3]);
         for f in FEATURES {
-            assert!((f.compute)(&vec![&o; f.arity]).is_some(), "{}", f.name);
+            let vector = (f.compute)(&vec![&o; f.arity]).unwrap();
+            assert!(vector[f.length..].iter().all(|number| *number == 0.0), "{}", f.name);
             assert_eq!((f.compute)(&vec![&o; f.arity + 1]), None, "{}", f.name);
         }
     }

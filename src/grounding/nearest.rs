@@ -133,7 +133,8 @@ impl Table {
                 side.push(Example { vector, evidence });
             });
         }
-        let (positives, negatives) = (Examples::new(positives), Examples::new(negatives));
+        let [positives, negatives] =
+            [positives, negatives].map(|side| Examples::new(side, feature.length));
         Ok(Self { predicate, slots, feature, positives, negatives })
     }
 
