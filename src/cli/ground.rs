@@ -213,7 +213,9 @@ fn report(
     }
     grounded.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
-    doubts.iter().for_each(|doubt| out::line(&format!("doubt   {doubt}")));
+    for doubt in &doubts {
+        out::line(&format!("doubt   {doubt}"));
+    }
     if let Some(goal) = goal_text {
         out::line(&format!("goal    {goal}"));
     }

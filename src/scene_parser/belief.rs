@@ -32,7 +32,7 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    fn origin(&self) -> Origin {
+    fn origin(self) -> Origin {
         match self.basis {
             Basis::Observed => Origin::Observed,
             Basis::Constrained => Origin::Constrained,

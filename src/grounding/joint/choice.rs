@@ -142,11 +142,15 @@ impl Search<'_> {
             if columns.iter().any(|&column| state.taken[column]) {
                 continue;
             }
-            columns.iter().for_each(|&column| state.taken[column] = true);
+            for &column in columns {
+                state.taken[column] = true;
+            }
             state.path.push(Some(choice));
             self.descend(state, sum + self.rows[row].gain(choice));
             state.path.pop();
-            columns.iter().for_each(|&column| state.taken[column] = false);
+            for &column in columns {
+                state.taken[column] = false;
+            }
         }
         state.path.push(None);
         self.descend(state, sum);

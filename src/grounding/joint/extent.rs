@@ -14,14 +14,12 @@ pub(super) struct Extent {
 impl Extent {
     /// From the volume where there is one and `deep` asks for it, from the image otherwise.
     pub(super) fn of(object: &ObjectBox, deep: bool) -> Self {
-        match object.volume.filter(|_| deep) {
-            Some(volume) => Self { up: volume.span(2), sides: [volume.span(0), volume.span(1)] },
-            None => {
-                let b = object.pixel_box;
-                // Rows count downwards. The image has one direction sideways only.
-                Self { up: [-b.y2, -b.y1], sides: [[b.x1, b.x2]; 2] }
-            }
+        if let Some(volume) = object.volume.filter(|_| deep) {
+            return Self { up: volume.span(2), sides: [volume.span(0), volume.span(1)] };
         }
+        let b = object.pixel_box;
+        // Rows count downwards. The image has one direction sideways only.
+        Self { up: [-b.y2, -b.y1], sides: [[b.x1, b.x2]; 2] }
     }
 
     pub(super) fn bottom(&self) -> f64 {
@@ -44,15 +42,15 @@ impl Extent {
     /// How far the lower edge of what lies on `below` is under the upper edge of `below`, as a share
     /// of their mean width. Seen from above at an angle, boxes of touching objects overlap so.
     pub(super) fn sunk(&self, below: &Self) -> f64 {
-        share(below.up[1] - self.up[0], (self.width() + below.width()) / 2.0)
+        share(below.up[1] - self.up[0], f64::midpoint(self.width(), below.width()))
     }
 
     /// Whether this touches `below`: 1 without a gap, 0 with half an object's height between them,
     /// which is halfway to room for another object, -1 with a whole height or more. `sunk` is the
     /// share by which touching objects overlap.
     pub(super) fn touches(&self, below: &Self, sunk: f64) -> f64 {
-        let gap = self.up[0] - below.up[1] + sunk * (self.width() + below.width()) / 2.0;
-        let height = (self.height() + below.height()) / 2.0;
+        let gap = self.up[0] - below.up[1] + sunk * f64::midpoint(self.width(), below.width());
+        let height = f64::midpoint(self.height(), below.height());
         clamped(1.0 - share(gap, height / 2.0))
     }
 

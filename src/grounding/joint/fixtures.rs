@@ -37,7 +37,7 @@ enum Key {
 /// Rows in the making: the places of their atoms, and which object must have one.
 #[derive(Debug, Default)]
 struct Rows {
-    rows: Vec<Row>,
+    list: Vec<Row>,
     places: Vec<Vec<usize>>,
     /// The object that the row is about, where it must have an atom.
     due: Vec<Option<usize>>,
@@ -51,13 +51,13 @@ pub(super) fn decide(
     due: &Due,
 ) {
     let (rows, n_columns) = build(board, predicates, constraints, due);
-    let chosen = choose(&rows.rows, n_columns);
+    let chosen = choose(&rows.list, n_columns);
     let mut taken = vec![false; n_columns];
-    for (row, choice) in rows.rows.iter().zip(&chosen) {
+    for (row, choice) in rows.list.iter().zip(&chosen) {
         let columns = choice.iter().flat_map(|&choice| &row.choices[choice].columns);
         columns.for_each(|&column| taken[column] = true);
     }
-    for (idx, row) in rows.rows.iter().enumerate() {
+    for (idx, row) in rows.list.iter().enumerate() {
         settle(board, row, chosen[idx], &rows.places[idx], &taken);
         if let (Some(object), None) = (rows.due[idx], chosen[idx]) {
             let atoms = rows.places[idx].iter().map(|&place| &board.judged[place].atom);
@@ -115,17 +115,17 @@ fn build(
             };
             let row = *row_of.entry(row_key).or_insert_with(|| {
                 let floor = if must { FLOOR } else { 0.0 };
-                rows.rows.push(Row { choices: Vec::new(), floor });
+                rows.list.push(Row { choices: Vec::new(), floor });
                 rows.places.push(Vec::new());
                 rows.due.push(object.filter(|_| must));
-                rows.rows.len() - 1
+                rows.list.len() - 1
             });
             let columns = keys.into_iter().map(|key| {
                 let n = column_of.len();
                 *column_of.entry(key).or_insert(n)
             });
             let columns = columns.collect();
-            rows.rows[row].choices.push(Choice { weight: pooled[at], columns });
+            rows.list[row].choices.push(Choice { weight: pooled[at], columns });
             rows.places[row].push(*place);
         }
     }

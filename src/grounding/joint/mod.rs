@@ -18,18 +18,22 @@ mod choice;
 mod fixtures;
 mod support;
 mod order;
+mod seen;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
+
 use super::candidates::slots;
-use super::constraints::{Constraints, ExactlyOneOf, Place, SecondOpinion, Support};
+use super::constraints::{Constraints, SecondOpinion, Support};
 use super::{
-    Exemplar, Exemplars, Grounder, Grounding, ObjectBox, ObservedSpec, Perception, PerceptionError,
-    S2s,
+    CandidateSlots, Exemplars, Grounder, Grounding, ObjectBox, ObservedSpec, Perception,
+    PerceptionError, S2s,
 };
-use crate::pddl::{Atom, Domain, Name, Types};
+use crate::pddl::{Domain, Name, Types};
 use board::Board;
 use fixtures::Due;
+use seen::Seen;
 use support::Lesson;
 
 /// The joint grounder.
@@ -70,15 +74,15 @@ impl Joint {
     ) -> Result<Self, PerceptionError> {
         let constraints = perception.constraints.clone();
         let s2s = S2s::new(domain, &perception.observed, exemplars)?;
-        let candidates = |predicate: &Name| -> Result<Vec<Vec<Name>>, PerceptionError> {
-            match perception.observed.iter().find(|spec| spec.predicate == *predicate) {
-                Some(spec) => slots(domain, spec),
-                None => Ok(Vec::new()),
-            }
-        };
+        let own_slots = |spec: &ObservedSpec| Ok((spec.predicate.clone(), slots(domain, spec)?));
+        let slots: BTreeMap<Name, CandidateSlots> =
+            perception.observed.iter().map(own_slots).collect::<Result<_, PerceptionError>>()?;
         let supports = constraints.support.iter();
-        let parts = supports.clone().map(|s| candidates(&s.predicate).map(|slots| slots.concat()));
-        let parts: Vec<Vec<Name>> = parts.collect::<Result<_, _>>()?;
+        let types_of = |support: &Support| match slots.get(&support.predicate) {
+            Some(slots) => slots.concat(),
+            None => Vec::new(),
+        };
+        let parts: Vec<Vec<Name>> = supports.clone().map(types_of).collect();
         let lessons = |deep: bool| -> Vec<Option<Lesson>> {
             let lesson = |(support, types): (&Support, &Vec<Name>)| {
                 let is_part = |object: &ObjectBox| is_of(&domain.types, object, types);
@@ -86,7 +90,9 @@ impl Joint {
             };
             supports.clone().zip(&parts).map(lesson).collect()
         };
-        let seen = Seen { types: &domain.types, exemplars, candidates: &candidates, s2s: &s2s };
+        let judged = s2s.judged_predicates().collect();
+        let seen = Seen { types: &domain.types, exemplars, slots: &slots, judged };
+        let (due, total) = (seen.due(&constraints), seen.total(&constraints));
         let is_numbered = |name: &&Name| {
             let supports = constraints.support.iter().any(|support| support.predicate == **name);
             !supports && !constraints.strict_order.contains(name)
@@ -94,12 +100,12 @@ impl Joint {
         Ok(Self {
             opinions: opinions(domain, perception, exemplars)?,
             numbered: perception.observed_predicates().filter(is_numbered).cloned().collect(),
-            due: seen.due(&constraints)?,
+            due,
             flat: lessons(false),
             deep: exemplars.have_volumes().then(|| lessons(true)),
             types: domain.types.clone(),
             parts,
-            total: seen.total(&constraints)?,
+            total,
             s2s,
             constraints,
         })
@@ -162,84 +168,6 @@ fn opinions(
         return Ok(None);
     }
     S2s::new(domain, &specs, exemplars).map(Some)
-}
-
-/// What the labelled examples bear out.
-struct Seen<'a> {
-    types: &'a Types,
-    exemplars: &'a Exemplars,
-    candidates: &'a dyn Fn(&Name) -> Result<Vec<Vec<Name>>, PerceptionError>,
-    s2s: &'a S2s,
-}
-
-impl Seen<'_> {
-    fn due(&self, constraints: &Constraints) -> Result<Due, PerceptionError> {
-        let mut due = Due::default();
-        for predicate in &constraints.exactly_one {
-            let place = Place { predicate: predicate.clone(), argument: 0 };
-            if self.has_exactly_one(&ExactlyOneOf { arguments: vec![place] })? {
-                due.predicates.push(predicate.clone());
-            }
-        }
-        for group in &constraints.exactly_one_of {
-            due.groups.push(self.has_exactly_one(group)?);
-        }
-        Ok(due)
-    }
-
-    /// Whether every object of every example that may stand in these places stands in one, and
-    /// every predicate of them is judged, so that it is seen where a scene's objects stand.
-    fn has_exactly_one(&self, group: &ExactlyOneOf) -> Result<bool, PerceptionError> {
-        for place in &group.arguments {
-            if !self.s2s.judged_predicates().any(|judged| *judged == place.predicate) {
-                return Ok(false);
-            }
-            let types = (self.candidates)(&place.predicate)?;
-            let types = types.get(place.argument).cloned().unwrap_or_default();
-            for example in self.exemplars.examples() {
-                let parts = example.objects.iter().filter(|o| is_of(self.types, o, &types));
-                for part in parts {
-                    let stands = |atom: &Atom| {
-                        let places =
-                            group.arguments.iter().filter(|p| p.predicate == atom.predicate);
-                        places.filter(|p| atom.args.get(p.argument) == Some(&part.name)).count()
-                    };
-                    if example.init.iter().map(stands).sum::<usize>() != 1 {
-                        return Ok(false);
-                    }
-                }
-            }
-        }
-        Ok(true)
-    }
-
-    /// The orders that relate any two objects of every example.
-    fn total(&self, constraints: &Constraints) -> Result<Vec<Name>, PerceptionError> {
-        let mut total = Vec::new();
-        for order in &constraints.strict_order {
-            let types = (self.candidates)(order)?.concat();
-            let is_total = |example: &Exemplar| {
-                let parts: Vec<&Name> = example
-                    .objects
-                    .iter()
-                    .filter(|object| is_of(self.types, object, &types))
-                    .map(|object| &object.name)
-                    .collect();
-                let holds = |a: &&Name, b: &&Name| {
-                    let args = vec![(*a).clone(), (*b).clone()];
-                    example.init.contains(&Atom { predicate: order.clone(), args })
-                };
-                let related = |(at, a): (usize, &&Name)| {
-                    parts[at + 1..].iter().all(|b| holds(a, b) || holds(b, a))
-                };
-                parts.iter().enumerate().all(related)
-            };
-            if self.exemplars.examples().iter().all(is_total) {
-                total.push(order.clone());
-            }
-        }
-        Ok(total)
-    }
 }
 
 fn is_of(types: &Types, object: &ObjectBox, wanted: &[Name]) -> bool {

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use super::board::{BAND, Board};
 use super::choice::{Choice, Row, choose};
 use super::extent::Extent;
+use super::seen::holds;
 use crate::grounding::constraints::{Constraints, Support};
 use crate::grounding::{Exemplars, ObjectBox};
-use crate::pddl::{Atom, Name};
+use crate::pddl::Name;
 use crate::scene::Truth;
 
 /// How much of its own height an object must be over the ground to count as hanging: an unseen object
@@ -37,18 +38,16 @@ impl Lesson {
         for example in exemplars.examples() {
             let parts: Vec<&ObjectBox> = example.objects.iter().filter(|o| is_part(o)).collect();
             for upper in &parts {
-                let mut rests = false;
                 let own = Extent::of(upper, deep);
-                for lower in &parts {
-                    let args = vec![upper.name.clone(), lower.name.clone()];
-                    if example.init.contains(&Atom { predicate: predicate.clone(), args }) {
-                        rests = true;
-                        sunk.push(own.sunk(&Extent::of(lower, deep)));
-                    }
-                }
-                if !rests {
+                let below = parts
+                    .iter()
+                    .filter(|lower| holds(example, predicate, [&upper.name, &lower.name]));
+                let depths: Vec<f64> =
+                    below.map(|lower| own.sunk(&Extent::of(lower, deep))).collect();
+                if depths.is_empty() {
                     ground = Some(ground.map_or(own.bottom(), |g: f64| g.max(own.bottom())));
                 }
+                sunk.extend(depths);
             }
         }
         sunk.sort_by(f64::total_cmp);
@@ -145,7 +144,7 @@ impl<'a> Stage<'a> {
     fn fit(&self, upper: usize, lower: usize) -> Option<f64> {
         match (self.places[upper], self.places[lower]) {
             (Some(_), Some(_)) => (self.next.get(&upper) == Some(&lower)).then_some(1.0),
-            (Some(_), None) | (None, Some(_)) | (None, None) => Some(0.0),
+            (Some(_) | None, None) | (None, Some(_)) => Some(0.0),
         }
     }
 

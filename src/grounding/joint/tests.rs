@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::geometry::PixelBox;
-use crate::grounding::{Basis, Judged};
-use crate::pddl::{SourceText, Typed, parse_domain};
+use crate::grounding::{Basis, Exemplar, Judged};
+use crate::pddl::{Atom, SourceText, Typed, parse_domain};
 use crate::scene::{Truth, Volume};
 
 /// Side of the square test image, pixels.
@@ -204,7 +204,9 @@ fn broken(judged: &[Judged]) -> Vec<String> {
     let mut faults = Vec::new();
     let mut count = |what: &str, names: Vec<Name>| {
         let mut counts: BTreeMap<Name, usize> = BTreeMap::new();
-        names.into_iter().for_each(|name| *counts.entry(name).or_default() += 1);
+        for name in names {
+            *counts.entry(name).or_default() += 1;
+        }
         faults.extend(counts.iter().filter(|(_, n)| **n > 1).map(|(n, _)| format!("{what} {n}")));
     };
     count("lies on several", holds("on").into_iter().map(|(a, _)| a).collect());

@@ -1,5 +1,7 @@
 //! What a frame cannot explain: when it counts, and where facts that a constraint decides come from.
 
+use std::slice::from_ref;
+
 use super::*;
 use crate::grounding::Doubt;
 use crate::messages::Origin;
@@ -45,10 +47,10 @@ fn doubts(scene: &Scene) -> Vec<String> {
 fn a_doubt_counts_when_it_stays_and_goes_at_once() {
     let mut eyes = suspicious();
     let (hanging, lying) = (block("red", 0.0, 1.5), block("red", 0.0, 0.0));
-    let scene = eyes.stare(CONFIRM_FRAMES, &[lying.clone()]);
+    let scene = eyes.stare(CONFIRM_FRAMES, from_ref(&lying));
     assert_eq!(doubts(&scene), [""; 0]);
-    assert_eq!(doubts(&eyes.stare(CONFIRM_FRAMES - 1, &[hanging.clone()])), [""; 0]);
-    assert_eq!(doubts(&eyes.look(&[hanging.clone()])), ["nothing under red_block"]);
+    assert_eq!(doubts(&eyes.stare(CONFIRM_FRAMES - 1, from_ref(&hanging))), [""; 0]);
+    assert_eq!(doubts(&eyes.look(from_ref(&hanging))), ["nothing under red_block"]);
     assert_eq!(doubts(&eyes.look(&[lying])), [""; 0], "explained");
     assert_eq!(doubts(&eyes.stare(CONFIRM_FRAMES - 1, &[hanging])), [""; 0], "counted anew");
 }
@@ -58,7 +60,7 @@ fn what_is_hidden_for_a_while_explains_what_rests_on_it() {
     let mut eyes = suspicious();
     let (low, high) = (block("blue", 0.0, 0.0), block("red", 0.0, 1.0));
     eyes.stare(2 * CONFIRM_FRAMES, &[low, high.clone()]);
-    let scene = eyes.stare(HIDDEN_FRAMES_MAX, std::slice::from_ref(&high));
+    let scene = eyes.stare(HIDDEN_FRAMES_MAX, from_ref(&high));
     assert_eq!(doubts(&scene), [""; 0]);
     check(&scene, &[("on red_block blue_block", Truth::True)]);
     let scene = eyes.stare(CONFIRM_FRAMES, &[high]);
@@ -82,7 +84,7 @@ fn facts_say_that_a_constraint_decided_them() {
 fn a_look_is_no_step() {
     let mut eyes = suspicious();
     let lying = block("red", 0.0, 0.0);
-    eyes.stare(2 * CONFIRM_FRAMES, &[lying.clone()]);
+    eyes.stare(2 * CONFIRM_FRAMES, from_ref(&lying));
     eyes.start("look from view 1");
     let scene = eyes.stare(CONFIRM_FRAMES, &[lying]);
     check(&scene, &[("ontable red_block", Truth::True), ("clear red_block", Truth::True)]);
