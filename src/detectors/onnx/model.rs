@@ -124,14 +124,12 @@ impl Detector for OnnxDetector {
 
 /// An output as numbers.
 fn tensor(value: Value) -> Result<Tensor, String> {
-    match value {
-        Value::FloatTensor(t) => Ok(Tensor { shape: t.shape().to_vec(), values: t.to_vec() }),
-        Value::Int32Tensor(t) => {
-            let values = t.to_vec().into_iter().map(|v| v as f32).collect();
-            Ok(Tensor { shape: t.shape().to_vec(), values })
-        }
-        Value::Int8Tensor(_) | Value::UInt8Tensor(_) | Value::Sequence(_) => {
-            Err("expected outputs of floats or whole numbers, got bytes or a sequence".to_owned())
-        }
+    if let Value::FloatTensor(t) = value {
+        Ok(Tensor { shape: t.shape().to_vec(), values: t.to_vec() })
+    } else if let Value::Int32Tensor(t) = value {
+        let values = t.to_vec().into_iter().map(|v| v as f32).collect();
+        Ok(Tensor { shape: t.shape().to_vec(), values })
+    } else {
+        Err("expected outputs of floats or whole numbers, got something else".to_owned())
     }
 }
