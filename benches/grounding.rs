@@ -16,7 +16,7 @@ use groundloop::pddl::Name;
 use nalgebra::Vector3;
 
 /// Greatest shift of a labelled object, in pixels.
-const SHIFT_PX: u32 = 200;
+const SHIFT_PX: i32 = 200;
 
 /// A plain generator of numbers, which the Python script repeats.
 struct Numbers(u32);
@@ -25,7 +25,7 @@ impl Numbers {
     /// A number in -`SHIFT_PX`..`SHIFT_PX`.
     fn shift(&mut self) -> i32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        ((self.0 >> 16) % (2 * SHIFT_PX)) as i32 - SHIFT_PX as i32
+        (self.0 >> 16).cast_signed() % (2 * SHIFT_PX) - SHIFT_PX
     }
 }
 
@@ -38,9 +38,9 @@ fn objects(examples: &[Exemplar], n_objects: usize) -> Vec<ObjectBox> {
         let [x1, y1, x2, y2] = <[f64; 4]>::from(object.pixel_box);
         let (right, down) = (f64::from(dx), f64::from(dy));
         let run = |run: &RowRun| RowRun {
-            y: run.y.saturating_add_signed(dy + SHIFT_PX as i32),
-            x_start: run.x_start.saturating_add_signed(dx + SHIFT_PX as i32),
-            x_end: run.x_end.saturating_add_signed(dx + SHIFT_PX as i32),
+            y: run.y.saturating_add_signed(dy + SHIFT_PX),
+            x_start: run.x_start.saturating_add_signed(dx + SHIFT_PX),
+            x_end: run.x_end.saturating_add_signed(dx + SHIFT_PX),
         };
         let mut volume = object.volume;
         if let Some(volume) = &mut volume {

@@ -2,7 +2,7 @@
 //!
 //! The files are read in place from the folder that the environment variable `GROUNDLOOP_DATA`
 //! names; without it every test here says that it was skipped.
-#![expect(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test file")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test file")]
 
 mod common;
 

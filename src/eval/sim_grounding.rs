@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::cameras::sim_labels::{Labeller, Look, Viewpoint, exemplar_scenes};
 use crate::config::{ConfigError, DomainFolder, RunConfig};
 use crate::detectors::{DepthView, Detector, ImageView, volume_of};
-use crate::grounding::{Exemplar, Exemplars, Grounder, ObjectBox, Perception, S2s};
+use crate::grounding::{Exemplar, Exemplars, Grounder as _, ObjectBox, Perception, S2s};
 use crate::pddl::{Atom, Name};
 use crate::scene::Truth;
 
