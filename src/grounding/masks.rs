@@ -8,22 +8,34 @@ use crate::pddl::SourceText;
 
 /// The smallest distance between the pixels of two masks, in pixels; 0 when they touch or overlap.
 pub(super) fn gap(a: &[RowRun], b: &[RowRun]) -> f64 {
-    let apart = |low: u32, high: u32| f64::from(high.saturating_sub(low));
+    let (Some(first), Some(last)) = (b.first(), b.last()) else { return f64::INFINITY };
     let left = b.iter().map(|other| other.x_start).min().unwrap_or(0);
     let right = b.iter().map(|other| other.x_end).max().unwrap_or(0);
+    let apart = |low: u32, high: u32| f64::from(high.saturating_sub(low));
     let mut nearest = f64::INFINITY;
-    for run in a {
-        // No other run is nearer in columns than this, and later ones are farther in rows.
+    let mut look_from = |run: &RowRun| {
+        // No other run is nearer in columns and in rows than these.
         let aside = apart(run.x_end, left).max(apart(right, run.x_start));
+        let beyond = apart(run.y + 1, first.y).max(apart(last.y + 1, run.y));
+        if aside * aside + beyond * beyond >= nearest {
+            return;
+        }
         let mut offer = |other: &RowRun| {
             let dy = apart(run.y.min(other.y) + 1, run.y.max(other.y));
             let dx = apart(run.x_end, other.x_start).max(apart(other.x_end, run.x_start));
             nearest = nearest.min(dx * dx + dy * dy);
+            // Later ones are farther in rows.
             aside * aside + dy * dy >= nearest
         };
         let (above, below) = b.split_at(b.partition_point(|other| other.y < run.y));
         let _last_below = below.iter().find(|other| offer(other));
         let _last_above = above.iter().rfind(|other| offer(other));
+    };
+    // The side that faces the other mask comes first, and most of the rest is too far off then.
+    if a.first().is_some_and(|run| run.y < first.y) {
+        a.iter().rev().for_each(&mut look_from);
+    } else {
+        a.iter().for_each(&mut look_from);
     }
     nearest.sqrt()
 }
