@@ -147,6 +147,24 @@ fn the_joint_grounder_reaches_what_the_detections_allow() {
     assert!(hanoi["inferred"].as_u64() > Some(0) && hanoi["fp"] == 0, "{hanoi}");
 }
 
+#[test]
+fn the_joint_grounder_stays_ahead_when_boxes_are_noisy() {
+    let Some(checkout) = data("prodgv", "photographs and recorded results") else { return };
+    for sigma in ["1", "2", "3", "5"] {
+        let noisy = |grounder: &str| {
+            let args = ["--grounder", grounder, "--jitter-px", sigma, "--seeds", "20"];
+            report(&checkout, &args)["domains"].clone()
+        };
+        let (plain, joint) = (noisy("s2s"), noisy("s2s-joint"));
+        for name in ["cooking", "blocksworld", "hanoi"] {
+            for key in ["exact_states", "f1"] {
+                let [plain, joint] = [&plain, &joint].map(|d| d[name]["jitter"][key].as_f64());
+                assert!(joint >= plain, "{name}, {sigma} px: {key} {joint:?}, alone {plain:?}");
+            }
+        }
+    }
+}
+
 /// A photograph of blocks: who stands where. Columns from the left, heights from the table, counted
 /// in blocks of 20 pixels.
 type Stacks = &'static [&'static [&'static str]];
