@@ -180,10 +180,20 @@ impl ObservedSpec {
         if n != 1 && n != 2 {
             return Err(value(field, "a predicate of one or two objects", format!("{n}")));
         }
-        for (key, name, needs) in [
-            ("feature", &self.feature, Needs::Boxes),
-            ("feature_with_masks", &self.feature_with_masks, Needs::Masks),
-            ("feature_with_volumes", &self.feature_with_volumes, Needs::Volumes),
+        for (key, name, needs, expected) in [
+            ("feature", &self.feature, Needs::Boxes, "a feature of boxes"),
+            (
+                "feature_with_masks",
+                &self.feature_with_masks,
+                Needs::Masks,
+                "a feature of masks or boxes",
+            ),
+            (
+                "feature_with_volumes",
+                &self.feature_with_volumes,
+                Needs::Volumes,
+                "a feature of volumes or boxes",
+            ),
         ] {
             let Some(name) = name else { continue };
             let Some(feature) = feature_by_name(name) else {
@@ -194,7 +204,6 @@ impl ObservedSpec {
                 return Err(value(format!("{field}.{key}"), &expected, name));
             }
             if feature.needs != Needs::Boxes && feature.needs != needs {
-                let expected = "a feature of what is there by this key's name";
                 return Err(value(format!("{field}.{key}"), expected, name));
             }
         }
@@ -304,9 +313,14 @@ mod tests {
         check("predicate = \"on\"", "predicate = \"under\"", "got under");
         check("predicate = \"on\"", "predicate = \"on\"\nfeature = \"unary6\"", "feature of 2");
         check(
-            "_with_volumes",
-            "_with_masks",
-            "observed.on.feature_with_masks: expected a feature of",
+            "feature_with_masks = \"mask_relation\"",
+            "feature_with_masks = \"volume_relation\"",
+            "observed.on.feature_with_masks: expected a feature of masks or boxes",
+        );
+        check(
+            "feature_with_masks = \"mask_relation\"",
+            "feature = \"mask_relation\"",
+            "observed.on.feature: expected a feature of boxes, got mask_relation",
         );
         check(
             "type = \"robot\"",
