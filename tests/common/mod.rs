@@ -10,6 +10,8 @@
     reason = "each test file uses a part of it, and a failed step must fail the test"
 )]
 
+pub mod eval;
+
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
