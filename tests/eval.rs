@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use common::eval::{eval, only, report};
+use common::project;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
