@@ -1,5 +1,5 @@
-//! How long it takes from objects to facts: by domain, labelled examples, what is known of the objects,
-//! and how many there are.
+//! How long it takes from objects to facts: by grounder, domain, labelled examples, what is known of
+//! the objects, and how many there are.
 //!
 //! `benches/reference_s2s.py` measures the method in Python on the same inputs.
 
@@ -11,7 +11,7 @@ use std::path::Path;
 use criterion::{BenchmarkId, Criterion};
 use groundloop::config::{DomainFolder, ExemplarConfig};
 use groundloop::geometry::RowRun;
-use groundloop::grounding::{Exemplar, Exemplars, Grounder as _, ObjectBox, S2s, facts_of};
+use groundloop::grounding::{Exemplar, Exemplars, GROUNDERS, Grounder, ObjectBox, facts_of};
 use groundloop::pddl::Name;
 use nalgebra::Vector3;
 
@@ -85,22 +85,35 @@ fn ground(criterion: &mut Criterion, domain: &str) {
     let all = examples(&folder);
     for (set, examples) in [("one-shot", &all[..1]), ("shipped", &all[..])] {
         for (known, reduced) in KNOWN {
-            let mut group = criterion.benchmark_group(format!("ground {domain} {set} {known}"));
             let exemplars = examples.iter().map(|example| Exemplar {
                 objects: example.objects.iter().cloned().map(reduced).collect(),
                 ..example.clone()
             });
             let exemplars = Exemplars::new(exemplars.collect()).unwrap();
-            let s2s = S2s::new(&folder.domain, &folder.perception.observed, &exemplars).unwrap();
-            for n_objects in [10, 60] {
-                let objects: Vec<_> = objects(&all, n_objects).into_iter().map(reduced).collect();
-                group.bench_function(BenchmarkId::from_parameter(n_objects), |bencher| {
-                    bencher.iter(|| facts_of(&s2s.ground(black_box(&objects)).judged));
-                });
+            for (name, build) in GROUNDERS {
+                let grounder = build(&folder.domain, &folder.perception, &exemplars).unwrap();
+                let scenes = [10, 60].map(|n| objects(&all, n).into_iter().map(reduced).collect());
+                let title = format!("{name} {domain} {set} {known}");
+                time(criterion, &title, &*grounder, &scenes);
             }
-            group.finish();
         }
     }
+}
+
+/// One grounder on scenes of different size.
+fn time(
+    criterion: &mut Criterion,
+    title: &str,
+    grounder: &dyn Grounder,
+    scenes: &[Vec<ObjectBox>],
+) {
+    let mut group = criterion.benchmark_group(title);
+    for objects in scenes {
+        group.bench_function(BenchmarkId::from_parameter(objects.len()), |bencher| {
+            bencher.iter(|| facts_of(&grounder.ground(black_box(objects)).judged));
+        });
+    }
+    group.finish();
 }
 
 fn main() {
