@@ -85,6 +85,22 @@ pub enum ExemplarError {
     },
 }
 
+/// The entries of a file that says something of each object by its name.
+pub(super) fn entries(file: &SourceText) -> Result<Vec<(Name, serde_json::Value)>, ExemplarError> {
+    json_entries(&file.text)
+        .map_err(|e| ExemplarError::Form { file: file.name.clone(), message: e.to_string() })
+}
+
+/// What is wrong with what a file says of an object: what was expected, and what is there.
+pub(super) fn fault(file: &str, object: &Name) -> impl Fn(&str, String) -> ExemplarError {
+    move |expected, got| ExemplarError::Box {
+        file: file.to_owned(),
+        object: object.to_string(),
+        expected: expected.to_owned(),
+        got,
+    }
+}
+
 impl Exemplar {
     /// Reads one labelled example.
     ///
@@ -93,17 +109,11 @@ impl Exemplar {
     /// the image, there twice, or not an object of the state.
     pub fn parse(text: &ExemplarText, domain: &Domain) -> Result<Self, ExemplarError> {
         let state = parse_problem(&text.state, domain)?.value;
-        let form = |e: serde_json::Error| ExemplarError::Form {
-            file: text.boxes.name.clone(),
-            message: e.to_string(),
-        };
         let mut boxes = Vec::new();
-        for (object, value) in json_entries(&text.boxes.text).map_err(form)? {
-            let pixel_box = PixelBox::deserialize(&value).map_err(|error| ExemplarError::Box {
-                file: text.boxes.name.clone(),
-                object: object.to_string(),
-                expected: "four numbers, x1 y1 x2 y2".to_owned(),
-                got: format!("{value} ({error})"),
+        for (object, value) in entries(&text.boxes)? {
+            let pixel_box = PixelBox::deserialize(&value).map_err(|e| {
+                let fail = fault(&text.boxes.name, &object);
+                fail("four numbers, x1 y1 x2 y2", format!("{value} ({e})"))
             })?;
             boxes.push((object, pixel_box));
         }
@@ -121,17 +131,8 @@ impl Exemplar {
 
     /// Gives each object its volume.
     fn add_volumes(&mut self, text: &SourceText) -> Result<(), ExemplarError> {
-        let form = |e: serde_json::Error| ExemplarError::Form {
-            file: text.name.clone(),
-            message: e.to_string(),
-        };
-        for (name, value) in json_entries(&text.text).map_err(form)? {
-            let fail = |expected: &str, got: String| ExemplarError::Box {
-                file: text.name.clone(),
-                object: name.to_string(),
-                expected: expected.to_owned(),
-                got,
-            };
+        for (name, value) in entries(text)? {
+            let fail = fault(&text.name, &name);
             let volume = Volume::deserialize(&value)
                 .map_err(|e| fail("a centre and an extent", format!("{value} ({e})")))?;
             if !volume.is_valid() {
@@ -161,12 +162,7 @@ impl Exemplar {
         let mut seen = BTreeSet::new();
         let mut objects = Vec::with_capacity(boxes.len());
         for (object, pixel_box) in boxes {
-            let fail = |expected: &str, got: String| ExemplarError::Box {
-                file: name.to_owned(),
-                object: object.to_string(),
-                expected: expected.to_owned(),
-                got,
-            };
+            let fail = fault(name, object);
             if !seen.insert(object) {
                 return Err(fail("one box per object", "two".to_owned()));
             }

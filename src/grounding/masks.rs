@@ -2,7 +2,8 @@
 
 use serde::Deserialize as _;
 
-use super::{Exemplar, ExemplarError, json_entries};
+use super::exemplar::{entries, fault};
+use super::{Exemplar, ExemplarError};
 use crate::geometry::RowRun;
 use crate::pddl::SourceText;
 
@@ -60,18 +61,9 @@ pub(super) fn area(mask: &[RowRun]) -> f64 {
 impl Exemplar {
     /// Gives each object its mask.
     pub(super) fn add_masks(&mut self, text: &SourceText) -> Result<(), ExemplarError> {
-        let form = |e: serde_json::Error| ExemplarError::Form {
-            file: text.name.clone(),
-            message: e.to_string(),
-        };
         let [width, height] = self.image_size;
-        for (name, value) in json_entries(&text.text).map_err(form)? {
-            let fail = |expected: &str, got: String| ExemplarError::Box {
-                file: text.name.clone(),
-                object: name.to_string(),
-                expected: expected.to_owned(),
-                got,
-            };
+        for (name, value) in entries(text)? {
+            let fail = fault(&text.name, &name);
             let written = Vec::<[u32; 3]>::deserialize(&value)
                 .map_err(|e| fail("a list of [y, x1, x2]", e.to_string()))?;
             let run = |&[y, x_start, x_end]: &[u32; 3]| RowRun { y, x_start, x_end };

@@ -23,7 +23,8 @@ pub use name::Name;
 pub use parse::{parse_domain, parse_facts, parse_goal, parse_plan, parse_problem, parse_rules};
 pub use print::{print_domain, print_problem};
 pub use semantics::{
-    Bindings, Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied,
+    Bindings, Changes, Universe, bind, effects, evaluate, mentioned_unknowns, substitute,
+    unsatisfied,
 };
 pub use sexpr::{NESTING_MAX, SOURCE_BYTES_MAX};
 pub use strata::{NotStratified, Stratum, stratify};

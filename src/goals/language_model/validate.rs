@@ -4,7 +4,9 @@ use super::super::repair::{self, Repaired};
 use super::super::{Language, lexicon};
 use super::dialect::{Answer, Form};
 use crate::messages::named_objects;
-use crate::pddl::{Atom, Condition, Domain, Literal, Name, SourceText, Term, Typed, parse_goal};
+use crate::pddl::{
+    Atom, Bindings, Condition, Domain, Name, SourceText, Typed, parse_goal, substitute,
+};
 
 /// Most atoms that are looked at for contradictions.
 const INSTANCES_MAX: usize = 1000;
@@ -95,7 +97,8 @@ fn instances(goal: &Condition, rules: &Rules<'_>) -> Vec<Atom> {
                 let fitting =
                     fitting.filter(|o| rules.domain.types.fits(&o.types, &variable.types));
                 let with = fitting.flat_map(|o| {
-                    repair::ground_atoms(&substituted(body, &variable.name, &o.name))
+                    let binding = Bindings::from([(variable.name.clone(), o.name.clone())]);
+                    repair::ground_atoms(&substitute(body, &binding))
                 });
                 atoms.extend(with.take(INSTANCES_MAX - atoms.len().min(INSTANCES_MAX)));
             }
@@ -109,29 +112,6 @@ fn instances(goal: &Condition, rules: &Rules<'_>) -> Vec<Atom> {
         }
     }
     atoms
-}
-
-/// A conjunction of atoms with an object in the place of a variable; other parts ask for no atom.
-fn substituted(condition: &Condition, variable: &Name, object: &Name) -> Condition {
-    match condition {
-        Condition::And(parts) => {
-            Condition::And(parts.iter().map(|p| substituted(p, variable, object)).collect())
-        }
-        Condition::Atom(Literal { predicate, args }) => {
-            let args = args.iter().map(|term| match term {
-                Term::Var(name) if name == variable => Term::Object(object.clone()),
-                Term::Var(_) | Term::Object(_) => term.clone(),
-            });
-            Condition::Atom(Literal { predicate: predicate.clone(), args: args.collect() })
-        }
-        Condition::True
-        | Condition::False
-        | Condition::Equal(..)
-        | Condition::Not(_)
-        | Condition::Or(_)
-        | Condition::Exists(..)
-        | Condition::Forall(..) => Condition::True,
-    }
 }
 
 /// Whether any atom stands in a condition.

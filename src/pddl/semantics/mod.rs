@@ -366,8 +366,8 @@ pub(super) fn assignments<'a>(
     })
 }
 
-/// The condition with its free variables replaced, for messages.
-fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {
+/// The condition with its free variables replaced by the objects that they are bound to.
+pub fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {
     let term = |term: &Term| object(term, bindings).map_or_else(|| term.clone(), Term::Object);
     let of = |inner: &Condition| substitute(inner, bindings);
     let below = |variables: &[Typed], inner: &Condition| {
