@@ -11,12 +11,13 @@ use std::path::{Path, PathBuf};
 
 use common::data;
 use groundloop::pddl::{
-    Domain, ErrorKind, Problem, SourceText, parse_domain, parse_problem, parse_rules, print_domain,
-    print_problem,
+    Domain, ErrorKind, Extension, Problem, SourceText, Typed, Universe, parse_domain,
+    parse_problem, parse_rules, print_domain, print_problem,
 };
 use groundloop::planning::{
     Answer, Budget, Outcome, Plan, PlanRequest, Validation, plan, validate,
 };
+use groundloop::scene::Facts;
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())
@@ -104,6 +105,10 @@ fn the_derived_predicates_of_a_known_complaint_are_read() {
     assert_eq!(plan.steps.len(), 1);
     // Grounding everything would give 644,332 atoms of one derived predicate alone.
     assert_eq!((statistics.n_actions, statistics.n_atoms), (1, 9));
+    let objects: Vec<Typed> = domain.constants.iter().chain(&problem.objects).cloned().collect();
+    let universe = Universe { types: &domain.types, objects: &objects };
+    let all = Extension::new(&domain.axioms, &universe, &Facts::new(problem.init.clone()));
+    assert_eq!(all.len_of(&"inferred-party".into()), 644_332);
 }
 
 /// Plans for a problem and checks the plan.

@@ -9,7 +9,8 @@ mod strata;
 mod parse;
 mod print;
 mod semantics;
-mod derive;
+mod variables;
+mod extension;
 mod demand;
 
 pub use ast::{
@@ -17,14 +18,14 @@ pub use ast::{
     Term, Typed, Types,
 };
 pub use demand::Demand;
-pub use derive::derive;
 pub use error::{ErrorKind, Parsed, PddlError, Place, SourceText, Span, Warning};
+pub use extension::{Extension, derive};
 pub use name::Name;
 pub use parse::{parse_domain, parse_facts, parse_goal, parse_plan, parse_problem, parse_rules};
 pub use print::{print_domain, print_problem};
 pub use semantics::{
-    Bindings, Changes, Universe, bind, effects, evaluate, mentioned_unknowns, substitute,
-    unsatisfied,
+    Bindings, Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied,
 };
 pub use sexpr::{NESTING_MAX, SOURCE_BYTES_MAX};
 pub use strata::{NotStratified, Stratum, stratify};
+pub use variables::substitute;

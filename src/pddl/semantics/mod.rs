@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::variables::substitute;
 use super::{Action, Atom, Condition, CostTerm, Effect, Literal, Name, Term, Typed, Types};
 use crate::scene::{Facts, Truth};
 
@@ -364,31 +365,6 @@ pub(super) fn assignments<'a>(
         }
         Some(current.clone())
     })
-}
-
-/// The condition with its free variables replaced by the objects that they are bound to.
-pub fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {
-    let term = |term: &Term| object(term, bindings).map_or_else(|| term.clone(), Term::Object);
-    let of = |inner: &Condition| substitute(inner, bindings);
-    let below = |variables: &[Typed], inner: &Condition| {
-        let mut visible = bindings.clone();
-        visible.retain(|name, _| variables.iter().all(|v| v.name != *name));
-        Box::new(substitute(inner, &visible))
-    };
-    match condition {
-        Condition::True => Condition::True,
-        Condition::False => Condition::False,
-        Condition::Atom(literal) => {
-            let args = literal.args.iter().map(term).collect();
-            Condition::Atom(Literal { predicate: literal.predicate.clone(), args })
-        }
-        Condition::Equal(left, right) => Condition::Equal(term(left), term(right)),
-        Condition::Not(inner) => Condition::Not(Box::new(of(inner))),
-        Condition::And(parts) => Condition::And(parts.iter().map(of).collect()),
-        Condition::Or(parts) => Condition::Or(parts.iter().map(of).collect()),
-        Condition::Exists(vars, inner) => Condition::Exists(vars.clone(), below(vars, inner)),
-        Condition::Forall(vars, inner) => Condition::Forall(vars.clone(), below(vars, inner)),
-    }
 }
 
 #[cfg(test)]
