@@ -19,6 +19,7 @@ mod axioms;
 mod state;
 mod successors;
 mod task;
+mod mutex;
 mod pack;
 mod heuristics;
 mod search;
@@ -27,6 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
 pub use outcome::{Outcome, Phase, Statistics};
+pub use mutex::{MutexGroups, Violation};
 pub use plan::Plan;
 pub use task::{Coverage, Task, TaskError, TaskInput};
 pub use validate::{Validation, validate};
