@@ -19,7 +19,7 @@ use crate::executive::{ExecutiveConfig, Stop};
 use crate::goals::{self, GoalSettings, GoalSource};
 use crate::grounding::Exemplar;
 use crate::messages::GoalMessage;
-use crate::planners::{PLANNERS, Replanner};
+use crate::planners::{PLANNERS, PlannerSettings, Replanner};
 use crate::scene::Facts;
 use crate::scene_parser::ParserConfig;
 use crate::skills::SkillBook;
@@ -108,7 +108,10 @@ impl Prepared {
         let config = &self.config.planner;
         let build = crate::config::choose("planner.name", &config.name, PLANNERS)?;
         let domain = Arc::new(self.folder.domain.clone());
-        Ok(Replanner::new(domain, build(config).into(), config.failure_penalty))
+        let file = self.config.origin.display().to_string();
+        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
+        let planner = build(&PlannerSettings { config, file: &file, folder })?;
+        Ok(Replanner::new(domain, planner.into(), config.failure_penalty))
     }
 
     /// The actors that every run has.

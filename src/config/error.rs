@@ -6,6 +6,7 @@ use crate::detectors::{DetectorError, ImageError};
 use crate::goals::GoalError;
 use crate::grounding::{ExemplarError, PerceptionError};
 use crate::pddl::PddlError;
+use crate::planners::PlannerError;
 use crate::skills::BookError;
 
 /// A file or setting is not usable. Every message names the file, and the line or key.
@@ -63,6 +64,9 @@ pub enum ConfigError {
     /// A detector cannot be made.
     #[error(transparent)]
     Detector(#[from] DetectorError),
+    /// A planner cannot be made.
+    #[error(transparent)]
+    Planner(PlannerError),
     /// An image is not usable.
     #[error("{path}: {source}")]
     Image {
@@ -95,8 +99,18 @@ impl ConfigError {
             | Self::Skills(_)
             | Self::Exemplar(_)
             | Self::Detector(_)
+            | Self::Planner(_)
             | Self::Image { .. }
             | Self::Missing { .. } => self.to_string(),
+        }
+    }
+}
+
+impl From<PlannerError> for ConfigError {
+    fn from(error: PlannerError) -> Self {
+        match error {
+            PlannerError::Missing { what, how } => Self::Missing { what, how },
+            other @ PlannerError::Options { .. } => Self::Planner(other),
         }
     }
 }

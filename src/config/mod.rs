@@ -2,6 +2,7 @@
 
 mod error;
 mod load;
+mod planner;
 mod run;
 mod domain_folder;
 mod exemplars;
@@ -15,7 +16,8 @@ pub(crate) use exemplars::{choose, environment, in_data};
 pub use exemplars::{exemplar_from_files, read_image};
 pub use eye::Eye;
 pub use load::{load_run, read_text};
+pub use planner::{PlannerConfig, TableConfig};
 pub use run::{
     CameraConfig, CameraKind, ClockKind, ExemplarConfig, FaultConfig, GoalConfig, PanicConfig,
-    PerceptionConfig, PlannerConfig, RobotConfig, RobotKind, RunConfig, SupervisorConfig,
+    PerceptionConfig, RobotConfig, RobotKind, RunConfig, SupervisorConfig,
 };

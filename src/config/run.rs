@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::ConfigError;
+use super::{ConfigError, PlannerConfig};
 use crate::executive::Limits;
 use crate::scene_parser::{BeliefConfig, HullConfig};
 use crate::skills::MotionConfig;
@@ -150,20 +150,6 @@ pub enum RobotKind {
     Sim,
 }
 
-/// `[planner]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlannerConfig {
-    /// A key of `planners::PLANNERS`.
-    pub name: String,
-    /// Most states that one call expands.
-    pub expansions_max: u64,
-    /// Most states that the admissible search expands before the satisficing one takes over.
-    pub optimal_expansions_max: u64,
-    /// Cost that each failure adds to an action.
-    pub failure_penalty: u32,
-}
-
 /// `[supervisor]`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -232,6 +218,7 @@ impl RunConfig {
             let got = "true in lockstep, where every frame waits for its answer".to_owned();
             return value("perception.beside", "false, or clock = \"realtime\"", got);
         }
+        self.planner.check()?;
         if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
             return value("robot.motion", "a table, for a robot that acts", "none".to_owned());
         }

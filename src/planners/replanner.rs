@@ -97,8 +97,10 @@ impl Replanner {
             init: &facts.known,
             goal: &goal.goal,
             penalties: &penalties,
+            grounded: None,
+            interrupt: &|| false,
         };
-        self.verdict(self.planner.plan(&query), !facts.unknown.is_empty())
+        self.verdict(self.planner.plan(&query).outcome, !facts.unknown.is_empty())
     }
 
     fn verdict(&mut self, outcome: Outcome, unknowns: bool) -> PlanVerdict {

@@ -8,7 +8,7 @@ use super::*;
 use crate::config::DomainFolder;
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
-use crate::planning::Plan;
+use crate::planning::{Budget, Outcome, Plan, Statistics};
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;
@@ -21,7 +21,7 @@ struct Counting {
 }
 
 impl Planner for Counting {
-    fn plan(&self, query: &PlanQuery<'_>) -> Outcome {
+    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
         self.n_calls.fetch_add(1, Ordering::Relaxed);
         self.inner.plan(query)
     }
@@ -36,12 +36,12 @@ struct Desk {
 }
 
 fn config() -> PlannerConfig {
-    PlannerConfig {
-        name: "embedded".to_owned(),
-        expansions_max: 10_000,
+    let budget = Budget {
+        greedy_expansions_max: 10_000,
         optimal_expansions_max: 10_000,
-        failure_penalty: PENALTY,
-    }
+        ..Budget::standard()
+    };
+    PlannerConfig { failure_penalty: PENALTY, ..PlannerConfig::single("embedded", &budget) }
 }
 
 fn blocks_and_arm() -> Vec<Typed> {
@@ -106,7 +106,9 @@ impl Desk {
         let objects = blocks_and_arm();
         let goal = parse_goal(&SourceText::new("goal", goal), &domain, &objects).unwrap();
         let (_, build) = PLANNERS.iter().find(|(name, _)| *name == config.name).unwrap();
-        let planner = Arc::new(Counting { inner: build(config), n_calls: AtomicU32::new(0) });
+        let settings = PlannerSettings { config, file: "run.toml", folder: Path::new("") };
+        let inner = build(&settings).unwrap();
+        let planner = Arc::new(Counting { inner, n_calls: AtomicU32::new(0) });
         let replanner =
             Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config.failure_penalty);
         let goal = GoalMessage::new(goal, Vec::new(), &objects);
@@ -187,14 +189,15 @@ fn steps_that_somebody_else_has_done_are_skipped() {
 struct Scripted(Vec<Step>);
 
 impl Planner for Scripted {
-    fn plan(&self, _: &PlanQuery<'_>) -> Outcome {
-        Outcome::Solved(Plan {
+    fn plan(&self, _: &PlanQuery<'_>) -> Answer {
+        let outcome = Outcome::Solved(Plan {
             steps: self.0.clone(),
             cost: 4,
             cost_scale: 1,
             penalty: 0,
             proven_optimal: false,
-        })
+        });
+        Answer { outcome, statistics: Statistics::default() }
     }
 }
 
@@ -305,4 +308,14 @@ fn the_limit_that_was_met_is_named() {
     let verdict = desk.ask(&scene(&[["c", "b"], ["b", "a"]]));
     let PlanVerdict::OutOfBudget { limit } = verdict else { panic!("{verdict:?}") };
     assert!(limit.ends_with("expansions_max = 1"), "{limit}");
+}
+
+#[test]
+fn a_planner_without_options_refuses_them() {
+    let options = "speed = 1".parse().unwrap();
+    let config = PlannerConfig { options: Some(options), ..config() };
+    let settings = PlannerSettings { config: &config, file: "run.toml", folder: Path::new("") };
+    let error = embedded::build(&settings).unwrap_err().to_string();
+    let wanted = "run.toml: planner.options.speed: the planner \"embedded\" has no options";
+    assert_eq!(error, wanted);
 }

@@ -23,10 +23,12 @@ mod mutex;
 mod pack;
 mod heuristics;
 mod search;
+mod ladder;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
+pub use ladder::{Reuse, Rung};
 pub use outcome::{Outcome, Phase, Statistics};
 pub use mutex::{MutexGroups, Violation};
 pub use plan::Plan;

@@ -17,7 +17,7 @@ use crate::eval::prodgv::{
 };
 use crate::goals::GOALS;
 use crate::grounding::GROUNDERS;
-use crate::planners::{PLANNERS, Planner};
+use crate::planners::{PLANNERS, Planner, PlannerSettings};
 use crate::planning::Budget;
 
 #[derive(Debug, clap::Args)]
@@ -166,13 +166,9 @@ fn options(path: Option<&Path>) -> Result<Options, Failure> {
 
 fn planner(name: &str) -> Result<Box<dyn Planner>, Failure> {
     let build = choose("--planner", name, PLANNERS)?;
-    let budget = Budget::standard();
-    Ok(build(&PlannerConfig {
-        name: name.to_owned(),
-        expansions_max: budget.greedy_expansions_max,
-        optimal_expansions_max: budget.optimal_expansions_max,
-        failure_penalty: 0,
-    }))
+    let config = PlannerConfig::single(name, &Budget::standard());
+    let settings = PlannerSettings { config: &config, file: "--planner", folder: Path::new("") };
+    Ok(build(&settings).map_err(ConfigError::from)?)
 }
 
 fn detections(name: &str) -> Result<Detections, Failure> {

@@ -191,13 +191,16 @@ fn plan(
 /// Plans a problem; no step has failed before.
 pub(super) fn solve(domain: &Domain, planner: &dyn Planner, problem: &Problem) -> Outcome {
     let objects: Vec<Typed> = problem.objects.iter().chain(&domain.constants).cloned().collect();
-    planner.plan(&PlanQuery {
+    let query = PlanQuery {
         domain,
         objects: &objects,
         init: &problem.init,
         goal: &problem.goal,
         penalties: &BTreeMap::new(),
-    })
+        grounded: None,
+        interrupt: &|| false,
+    };
+    planner.plan(&query).outcome
 }
 
 /// Renames a plan and tries it on the true problem.

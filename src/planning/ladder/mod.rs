@@ -1,0 +1,5 @@
+//! The replanning ladder: what is already known answers before anything is searched.
+
+mod rung;
+
+pub use rung::{Reuse, Rung};

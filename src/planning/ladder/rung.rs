@@ -1,0 +1,69 @@
+//! Names of the ladder's rungs, and when an old plan may be kept.
+
+use std::fmt;
+
+use serde::Deserialize;
+
+/// Which rung of the ladder gave an answer, from the cheapest to the dearest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rung {
+    /// The goal holds. Always switched on.
+    #[serde(skip_deserializing)]
+    Goal,
+    /// Nothing has changed since the last answer. Always switched on.
+    #[serde(skip_deserializing)]
+    Unchanged,
+    /// The state lies on the trajectory of the followed plan.
+    Trajectory,
+    /// A rest of the followed plan leads from the state to the goal.
+    Suffix,
+    /// The goal-rooted distance table knows the state.
+    Table,
+    /// A search from the state.
+    Search,
+    /// A search whose plan was made cheaper afterwards.
+    Improve,
+}
+
+impl Rung {
+    /// Every rung, in the order in which they are climbed.
+    pub const ALL: [Self; 7] = [
+        Self::Goal,
+        Self::Unchanged,
+        Self::Trajectory,
+        Self::Suffix,
+        Self::Table,
+        Self::Search,
+        Self::Improve,
+    ];
+
+    /// Its name in run files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Goal => "goal",
+            Self::Unchanged => "unchanged",
+            Self::Trajectory => "trajectory",
+            Self::Suffix => "suffix",
+            Self::Table => "table",
+            Self::Search => "search",
+            Self::Improve => "improve",
+        }
+    }
+}
+
+impl fmt::Display for Rung {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// When the followed plan, or a rest of it, is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reuse {
+    /// As long as it leads to the goal.
+    Valid,
+    /// As long as it is also proven to be as cheap as any plan.
+    Optimal,
+}
