@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let planned_ns = monotonic_ns();
     let (verdict, code, reason) = match &answer.outcome {
         Outcome::Solved(_) => ("solved", 0, String::new()),
-        Outcome::Unsolvable { proof } => ("unsolvable", exit::UNSOLVABLE, proof.clone()),
+        Outcome::Unsolvable { proof } => ("unsolvable", exit::UNSOLVABLE, proof.to_string()),
         Outcome::OutOfBudget { limit, value } => {
             ("out-of-budget", exit::GAVE_UP, format!("{limit} = {value}"))
         }
@@ -86,6 +86,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             return Err(Failure::internal(format!("the plan that was found is wrong: {reason}")));
         }
     }
+    let proof =
+        if let Outcome::Unsolvable { proof } = &answer.outcome { Some(proof.kind()) } else { None };
     if args.json {
         let steps: Vec<String> =
             found.iter().flat_map(|p| &p.steps).map(ToString::to_string).collect();
@@ -95,6 +97,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             "reason": reason,
             "cost": found.map(|p| p.cost as f64 / p.cost_scale as f64),
             "optimal": found.map(|p| p.proven_optimal),
+            "lower_bound": found.map(|p| p.lower_bound as f64 / p.cost_scale as f64),
+            "proof": proof,
             "plan": steps,
             "expanded": answer.statistics.expanded(),
             "time_us": {

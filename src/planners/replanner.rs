@@ -109,7 +109,9 @@ impl Replanner {
                 self.plan.clone_from(&plan.steps);
                 PlanVerdict::Plan { steps: plan.steps, cost: plan.cost }
             }
-            Outcome::Unsolvable { proof } => PlanVerdict::Unsolvable { proof, unknowns },
+            Outcome::Unsolvable { proof } => {
+                PlanVerdict::Unsolvable { proof: proof.to_string(), unknowns }
+            }
             Outcome::OutOfBudget { limit, value } => {
                 PlanVerdict::OutOfBudget { limit: format!("{limit} = {value}") }
             }

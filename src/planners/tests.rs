@@ -195,6 +195,7 @@ impl Planner for Scripted {
             cost: 4,
             cost_scale: 1,
             penalty: 0,
+            lower_bound: 0,
             proven_optimal: false,
         });
         Answer { outcome, statistics: Statistics::default() }

@@ -23,22 +23,24 @@ mod mutex;
 mod pack;
 mod heuristics;
 mod search;
+mod solve;
 mod ladder;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
+<<<<<<< HEAD
 pub use ladder::{Reuse, Rung};
 pub use outcome::{Outcome, Phase, Statistics};
 pub use mutex::{MutexGroups, Violation};
+=======
+pub use outcome::{Outcome, Phase, Proof, Statistics};
+>>>>>>> 9acff16 (Planning: searches from a packed state, interrupts, lower bounds, kinds of proofs)
 pub use plan::Plan;
 pub use task::{Coverage, Task, TaskError, TaskInput};
 pub use validate::{Validation, validate};
 
 use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
-use formula::Formula;
-use heuristics::{Blind, FastForward, Heuristic, Max};
-use search::{End, Limits};
 
 /// One planning problem over a domain.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +87,7 @@ pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Answ
     let PlanRequest { objects, init, goal, costs, minimise_cost, .. } = *request;
     let input = TaskInput { domain, objects, init, goal, costs, minimise_cost };
     match Task::new(&input, Coverage::Reachable, &budget.grounding) {
-        Ok(task) => task.solve(init, request.penalties, budget),
+        Ok(task) => task.solve(init, request.penalties, budget, &|| false),
         Err(TaskError::OutOfBudget { limit, value }) => Answer {
             outcome: Outcome::OutOfBudget { limit, value },
             statistics: Statistics::default(),
@@ -99,96 +101,6 @@ pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Answ
             statistics: Statistics::default(),
         },
     }
-}
-
-impl Task {
-    /// Plans from `init` within the task; see [`plan()`].
-    pub fn solve(
-        &self,
-        init: &BTreeSet<Atom>,
-        penalties: &BTreeMap<Step, u32>,
-        budget: &Budget,
-    ) -> Answer {
-        let phases = Vec::new();
-        let (n_atoms, n_actions) = (self.n_atoms(), self.n_actions());
-        let mut statistics = Statistics { n_atoms, n_actions, phases };
-        let outcome = self.search(&self.state(init), penalties, budget, &mut statistics);
-        Answer { outcome, statistics }
-    }
-
-    fn search(
-        &self,
-        initial: &[u64],
-        penalties: &BTreeMap<Step, u32>,
-        budget: &Budget,
-        statistics: &mut Statistics,
-    ) -> Outcome {
-        if self.goal == Formula::False {
-            let proof = "the goal cannot hold even if nothing ever stopped being possible";
-            return Outcome::Unsolvable { proof: proof.to_owned() };
-        }
-        let penalty = |step: &Step| {
-            u64::from(penalties.get(step).copied().unwrap_or(0)).saturating_mul(self.cost_scale)
-        };
-        let penalties: Vec<u64> = self.operators.iter().map(|o| penalty(&o.step)).collect();
-        let costs: Vec<u64> =
-            self.operators.iter().zip(&penalties).map(|(o, p)| o.cost.saturating_add(*p)).collect();
-        let mut outcome = Outcome::OutOfBudget { limit: "optimal_expansions_max", value: 0 };
-        if budget.optimal_expansions_max > 0 {
-            let limits = limits("optimal_expansions_max", budget.optimal_expansions_max, budget);
-            let mut heuristic: Box<dyn Heuristic> = match budget.optimal_heuristic {
-                OptimalHeuristic::Blind => Box::new(Blind::new(self, &costs)),
-                OptimalHeuristic::Max => Box::new(Max::new(self, &costs)),
-            };
-            let (end, phase) = search::astar(self, initial, &costs, &mut *heuristic, limits);
-            statistics.phases.push(phase);
-            outcome = self.outcome(end, &penalties, true);
-        }
-        if budget.greedy_expansions_max > 0 && matches!(outcome, Outcome::OutOfBudget { .. }) {
-            let limits = limits("greedy_expansions_max", budget.greedy_expansions_max, budget);
-            // One more for each step, so that free actions are not free to pile up.
-            let costs = costs.iter().map(|c| c.saturating_add(1)).collect();
-            let mut heuristic = FastForward::new(self, costs);
-            let (end, phase) = search::greedy(self, initial, &mut heuristic, limits);
-            statistics.phases.push(phase);
-            let end = match end {
-                End::Found(plan) => End::Found(search::shorten(self, initial, plan)),
-                other @ (End::Exhausted(_) | End::Limit(..)) => other,
-            };
-            outcome = self.outcome(end, &penalties, false);
-        }
-        outcome
-    }
-
-    fn outcome(&self, end: End, penalties: &[u64], proven_optimal: bool) -> Outcome {
-        match end {
-            End::Exhausted(n_states) => {
-                let proof = format!("all {n_states} states that can matter were looked at");
-                Outcome::Unsolvable { proof }
-            }
-            End::Limit(limit, value) => Outcome::OutOfBudget { limit, value },
-            End::Found(actions) => {
-                let sum = |value: &dyn Fn(u32) -> u64| {
-                    actions.iter().fold(0, |sum: u64, &a| sum.saturating_add(value(a)))
-                };
-                Outcome::Solved(Plan {
-                    steps: actions
-                        .iter()
-                        .map(|&a| self.operators[a as usize].step.clone())
-                        .collect(),
-                    cost: sum(&|a| self.operators[a as usize].cost),
-                    cost_scale: self.cost_scale,
-                    penalty: sum(&|a| penalties[a as usize]),
-                    proven_optimal,
-                })
-            }
-        }
-    }
-}
-
-fn limits(expansions_name: &'static str, expansions_max: u64, budget: &Budget) -> Limits {
-    let Budget { states_max, bytes_max, .. } = *budget;
-    Limits { expansions_name, expansions_max, states_max, bytes_max }
 }
 
 #[cfg(test)]

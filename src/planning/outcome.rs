@@ -1,5 +1,7 @@
 //! How a planning call ends. Causes stay apart: no plan exists is not the same as none was found.
 
+use std::fmt;
+
 use super::Plan;
 
 /// What a planning call answers.
@@ -9,8 +11,8 @@ pub enum Outcome {
     Solved(Plan),
     /// There is no plan; `proof` says why that is certain.
     Unsolvable {
-        /// One sentence.
-        proof: String,
+        /// Its `Display` is one sentence.
+        proof: Proof,
     },
     /// A limit was met before an answer was found.
     OutOfBudget {
@@ -31,6 +33,47 @@ pub enum Outcome {
     },
 }
 
+/// Why no plan exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Proof {
+    /// Grounding found that the goal can never hold.
+    GoalFalse,
+    /// The goal cannot be reached even in the delete relaxation.
+    RelaxedUnreachable,
+    /// Every state that can be reached and is no dead end of the relaxation was looked at.
+    Exhausted {
+        /// How many there are.
+        n_states: usize,
+    },
+}
+
+impl Proof {
+    /// A name for machines.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::GoalFalse => "goal-false",
+            Self::RelaxedUnreachable => "relaxed-unreachable",
+            Self::Exhausted { .. } => "exhausted",
+        }
+    }
+}
+
+impl fmt::Display for Proof {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::GoalFalse => {
+                f.write_str("the goal cannot hold even if nothing ever stopped being possible")
+            }
+            Self::RelaxedUnreachable => {
+                f.write_str("the goal cannot be reached even if whatever held once held forever")
+            }
+            Self::Exhausted { n_states } => {
+                write!(f, "all {n_states} states that can matter were looked at")
+            }
+        }
+    }
+}
+
 /// What a planning call did, in counts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Statistics {
@@ -38,6 +81,9 @@ pub struct Statistics {
     pub n_atoms: usize,
     /// Ground actions.
     pub n_actions: usize,
+    /// No plan has a smaller `cost + penalty`, in the units of [`Plan::cost`]; 0 when nothing is
+    /// known. It is there when no plan was found too.
+    pub lower_bound: u64,
     /// One entry for each search that ran, in order.
     pub phases: Vec<Phase>,
 }

@@ -16,6 +16,8 @@ pub struct Plan {
     pub cost_scale: u64,
     /// Sum of the penalties of the steps, in the same units. Search minimises `cost + penalty`.
     pub penalty: u64,
+    /// No plan has a smaller `cost + penalty` than this; 0 when nothing better is known.
+    pub lower_bound: u64,
     /// Whether no plan has a smaller `cost + penalty`.
     pub proven_optimal: bool,
 }

@@ -8,18 +8,18 @@ use crate::planning::heuristics::Heuristic;
 use crate::planning::outcome::Phase;
 use crate::planning::task::Task;
 
-/// Searches from a state for a cheapest plan. Ties go to the smaller estimate, then to the state
+/// Searches from a state for a cheapest plan; returns a lower bound of its cost too. Ties go to the smaller estimate, then to the state
 /// found first.
 pub(in crate::planning) fn astar(
     task: &Task,
     initial: &[u64],
     costs: &[u64],
     heuristic: &mut dyn Heuristic,
-    limits: Limits,
-) -> (End, Phase) {
+    limits: Limits<'_>,
+) -> (End, u64, Phase) {
     let mut space = Space::new(task, limits, "astar");
-    let end = search(&mut space, initial, costs, heuristic);
-    (end, space.phase)
+    let (end, lower_bound) = search(&mut space, initial, costs, heuristic);
+    (end, lower_bound, space.phase)
 }
 
 /// What A* knows of a state.
@@ -36,7 +36,7 @@ fn search(
     initial: &[u64],
     costs: &[u64],
     heuristic: &mut dyn Heuristic,
-) -> End {
+) -> (End, u64) {
     let task = space.task;
     let mut known: Vec<Known> = Vec::new();
     // (path cost + estimate, estimate, order of discovery, state, path cost)
@@ -48,17 +48,20 @@ fn search(
     known.push(Known { path_cost: 0, estimate });
     open.extend(estimate.map(|h| Reverse((h, h, n_pushed, 0_u32, 0_u64))));
     let (mut applicable, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
-    while let Some(Reverse((_, _, _, number, path_cost))) = open.pop() {
+    // The estimates need not be consistent, so that totals may fall again.
+    let mut lower_bound = 0;
+    while let Some(Reverse((total, _, _, number, path_cost))) = open.pop() {
         if path_cost > known[number as usize].path_cost {
             continue;
         }
+        lower_bound = total.max(lower_bound);
         before.clear();
         before.extend_from_slice(space.store.get(number));
         if task.is_goal(&before) {
-            return End::Found(space.path(number));
+            return (End::Found(space.path(number)), path_cost);
         }
         if let Some(end) = space.limit() {
-            return end;
+            return (end, lower_bound);
         }
         space.phase.expanded += 1;
         task.successors.find(&task.operators, &before, &mut applicable);
@@ -84,5 +87,5 @@ fn search(
         }
         space.queue_bytes = open.len() * 40 + known.len() * 24;
     }
-    End::Exhausted(space.store.len())
+    (End::Exhausted(space.store.len()), u64::MAX)
 }

@@ -20,7 +20,7 @@ pub(in crate::planning) fn greedy(
     task: &Task,
     initial: &[u64],
     heuristic: &mut dyn Heuristic,
-    limits: Limits,
+    limits: Limits<'_>,
 ) -> (End, Phase) {
     let mut space = Space::new(task, limits, "greedy");
     let end = search(&mut space, initial, heuristic);

@@ -9,18 +9,25 @@ pub(super) use greedy::greedy;
 pub(super) use shorten::shorten;
 
 use super::outcome::Phase;
+use super::solve::INTERRUPTED;
 use super::state::StateStore;
 use super::task::Task;
 
 /// Limits of one search.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
+#[derive(Clone, Copy)]
+pub(super) struct Limits<'a> {
     /// Name of the expansion limit, for messages.
     pub(super) expansions_name: &'static str,
     pub(super) expansions_max: u64,
     pub(super) states_max: usize,
     pub(super) bytes_max: usize,
+    /// Asked now and then; ends the search when it says yes.
+    pub(super) interrupt: &'a dyn Fn() -> bool,
 }
+
+/// How many expansions pass between two questions to `interrupt`: below a millisecond of work, and
+/// far more work than the question.
+const INTERRUPT_EVERY: u64 = 16;
 
 /// How a search ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,14 +46,14 @@ struct Space<'a> {
     store: StateStore,
     /// Parent state and action; `u32::MAX` for the first state.
     reached_by: Vec<(u32, u32)>,
-    limits: Limits,
+    limits: Limits<'a>,
     phase: Phase,
     /// Memory of the queue, in bytes.
     queue_bytes: usize,
 }
 
 impl<'a> Space<'a> {
-    fn new(task: &'a Task, limits: Limits, name: &'static str) -> Self {
+    fn new(task: &'a Task, limits: Limits<'a>, name: &'static str) -> Self {
         let store = StateStore::new(task.words);
         let phase = Phase { name, expanded: 0, generated: 0, evaluated: 0 };
         Self { task, store, reached_by: Vec::new(), limits, phase, queue_bytes: 0 }
@@ -63,7 +70,8 @@ impl<'a> Space<'a> {
 
     /// The limit that has been met, if any.
     fn limit(&self) -> Option<End> {
-        let Limits { expansions_name, expansions_max, states_max, bytes_max } = self.limits;
+        let Limits { expansions_name, expansions_max, states_max, bytes_max, interrupt } =
+            self.limits;
         // A state's number is 32 bits wide, and one value is reserved.
         let states_max = states_max.min(u32::MAX as usize - 2);
         if self.phase.expanded >= expansions_max {
@@ -72,6 +80,8 @@ impl<'a> Space<'a> {
             Some(End::Limit("states_max", states_max as u64))
         } else if self.store.bytes() + self.reached_by.len() * 8 + self.queue_bytes >= bytes_max {
             Some(End::Limit("bytes_max", bytes_max as u64))
+        } else if self.phase.expanded.is_multiple_of(INTERRUPT_EVERY) && interrupt() {
+            Some(End::Limit(INTERRUPTED, 0))
         } else {
             None
         }

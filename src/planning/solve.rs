@@ -1,0 +1,207 @@
+//! Which searches answer a planning call, and in which order.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::formula::Formula;
+use super::heuristics::{Blind, FastForward, Heuristic, Max};
+use super::search::{self, End, Limits};
+use super::task::Task;
+use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
+use crate::pddl::{Atom, Step};
+
+/// Name of the limit when a search was interrupted from outside.
+pub(crate) const INTERRUPTED: &str = "deadline_ms";
+
+/// The answer of the searches over packed states.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SearchAnswer {
+    /// How it ended.
+    pub(crate) end: SearchEnd,
+    /// No plan is cheaper than this; 0 when nothing is known.
+    pub(crate) lower_bound: u64,
+    /// One entry for each search that ran.
+    pub(crate) phases: Vec<Phase>,
+}
+
+/// How the searches over packed states ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum SearchEnd {
+    /// A plan.
+    Found {
+        /// Numbers of the operators, in order.
+        operators: Vec<u32>,
+        /// Sum of the costs that were handed in.
+        cost: u64,
+        /// Whether no plan is cheaper.
+        proven_optimal: bool,
+    },
+    /// There is no plan.
+    Exhausted {
+        /// Why that is certain.
+        proof: Proof,
+    },
+    /// A limit was met, or the search was interrupted ([`INTERRUPTED`]).
+    OutOfBudget {
+        /// Name of the limit.
+        limit: &'static str,
+        /// Its value.
+        value: u64,
+    },
+}
+
+impl Task {
+    /// Plans from `init` within the task; see [`super::plan()`].
+    ///
+    /// `interrupt` is asked now and then; once it says yes, the call ends with the plan that it
+    /// has, or out of budget.
+    pub fn solve(
+        &self,
+        init: &BTreeSet<Atom>,
+        penalties: &BTreeMap<Step, u32>,
+        budget: &Budget,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Answer {
+        let penalties = self.penalties(penalties);
+        let costs = self.costs(&penalties);
+        let answer = self.search_from(&self.state(init), &costs, budget, interrupt);
+        let statistics = Statistics {
+            n_atoms: self.n_atoms(),
+            n_actions: self.n_actions(),
+            lower_bound: answer.lower_bound,
+            phases: answer.phases,
+        };
+        let outcome = match answer.end {
+            SearchEnd::Exhausted { proof } => Outcome::Unsolvable { proof },
+            SearchEnd::OutOfBudget { limit, value } => Outcome::OutOfBudget { limit, value },
+            SearchEnd::Found { operators, cost, proven_optimal } => {
+                let sum = |value: &dyn Fn(u32) -> u64| {
+                    operators.iter().fold(0, |sum: u64, &a| sum.saturating_add(value(a)))
+                };
+                Outcome::Solved(Plan {
+                    steps: operators
+                        .iter()
+                        .map(|&a| self.operators[a as usize].step.clone())
+                        .collect(),
+                    cost: sum(&|a| self.operators[a as usize].cost),
+                    cost_scale: self.cost_scale,
+                    penalty: sum(&|a| penalties[a as usize]),
+                    lower_bound: answer.lower_bound,
+                    proven_optimal: proven_optimal || cost == answer.lower_bound,
+                })
+            }
+        };
+        Answer { outcome, statistics }
+    }
+
+    /// The penalty of each operator, in units of cost.
+    pub(crate) fn penalties(&self, penalties: &BTreeMap<Step, u32>) -> Vec<u64> {
+        let penalty = |step: &Step| {
+            u64::from(penalties.get(step).copied().unwrap_or(0)).saturating_mul(self.cost_scale)
+        };
+        self.operators.iter().map(|o| penalty(&o.step)).collect()
+    }
+
+    /// What each operator costs, penalty included.
+    pub(crate) fn costs(&self, penalties: &[u64]) -> Vec<u64> {
+        let operators = self.operators.iter().zip(penalties);
+        operators.map(|(o, p)| o.cost.saturating_add(*p)).collect()
+    }
+
+    /// Plans from a packed state, completed by the axioms, with the given cost of each operator.
+    pub(crate) fn search_from(
+        &self,
+        state: &[u64],
+        costs: &[u64],
+        budget: &Budget,
+        interrupt: &dyn Fn() -> bool,
+    ) -> SearchAnswer {
+        let limit = ("optimal_expansions_max", 0);
+        let mut call = Call { task: self, state, costs, budget, interrupt, phases: Vec::new() };
+        let (end, lower_bound) = if self.goal == Formula::False {
+            (SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
+        } else if self.is_goal(state) {
+            (SearchEnd::Found { operators: Vec::new(), cost: 0, proven_optimal: true }, 0)
+        } else {
+            let (end, lower_bound) = if budget.optimal_expansions_max > 0 {
+                call.optimal()
+            } else {
+                (SearchEnd::OutOfBudget { limit: limit.0, value: limit.1 }, 0)
+            };
+            match end {
+                SearchEnd::OutOfBudget { limit, .. }
+                    if limit != INTERRUPTED && budget.greedy_expansions_max > 0 =>
+                {
+                    call.satisficing(lower_bound)
+                }
+                SearchEnd::Found { .. }
+                | SearchEnd::Exhausted { .. }
+                | SearchEnd::OutOfBudget { .. } => (end, lower_bound),
+            }
+        };
+        SearchAnswer { end, lower_bound, phases: call.phases }
+    }
+}
+
+/// One planning call.
+struct Call<'a> {
+    task: &'a Task,
+    state: &'a [u64],
+    costs: &'a [u64],
+    budget: &'a Budget,
+    interrupt: &'a dyn Fn() -> bool,
+    phases: Vec<Phase>,
+}
+
+impl Call<'_> {
+    fn limits(&self, expansions_name: &'static str, expansions_max: u64) -> Limits<'_> {
+        let Budget { states_max, bytes_max, .. } = *self.budget;
+        let interrupt = self.interrupt;
+        Limits { expansions_name, expansions_max, states_max, bytes_max, interrupt }
+    }
+
+    /// A cheapest plan, and a lower bound.
+    fn optimal(&mut self) -> (SearchEnd, u64) {
+        let limits = self.limits("optimal_expansions_max", self.budget.optimal_expansions_max);
+        let mut heuristic: Box<dyn Heuristic> = match self.budget.optimal_heuristic {
+            OptimalHeuristic::Blind => Box::new(Blind::new(self.task, self.costs)),
+            OptimalHeuristic::Max => Box::new(Max::new(self.task, self.costs)),
+        };
+        let (end, lower_bound, phase) =
+            search::astar(self.task, self.state, self.costs, &mut *heuristic, limits);
+        self.phases.push(phase);
+        (self.end(end, true), lower_bound)
+    }
+
+    /// Any plan.
+    fn satisficing(&mut self, lower_bound: u64) -> (SearchEnd, u64) {
+        let limits = self.limits("greedy_expansions_max", self.budget.greedy_expansions_max);
+        // One more for each step, so that free actions are not free to pile up.
+        let costs = self.costs.iter().map(|c| c.saturating_add(1)).collect();
+        let mut heuristic = FastForward::new(self.task, costs);
+        let (end, phase) = search::greedy(self.task, self.state, &mut heuristic, limits);
+        self.phases.push(phase);
+        let end = match end {
+            End::Found(plan) => End::Found(search::shorten(self.task, self.state, plan)),
+            other @ (End::Exhausted(_) | End::Limit(..)) => other,
+        };
+        (self.end(end, false), lower_bound)
+    }
+
+    fn end(&self, end: End, proven_optimal: bool) -> SearchEnd {
+        match end {
+            // The first state was not even expanded.
+            End::Exhausted(1) if self.phases.last().is_some_and(|p| p.expanded == 0) => {
+                SearchEnd::Exhausted { proof: Proof::RelaxedUnreachable }
+            }
+            End::Exhausted(n_states) => {
+                SearchEnd::Exhausted { proof: Proof::Exhausted { n_states } }
+            }
+            End::Limit(limit, value) => SearchEnd::OutOfBudget { limit, value },
+            End::Found(operators) => {
+                let costs = operators.iter().map(|&a| self.costs[a as usize]);
+                let cost = costs.fold(0, u64::saturating_add);
+                SearchEnd::Found { operators, cost, proven_optimal }
+            }
+        }
+    }
+}
