@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::axioms::{Axioms, RuleSet};
 use super::formula::{Formula, Test};
 use super::ground::{GroundEffect, Grounder, Kind};
+use super::heuristics::Prepared;
 use super::prune;
 use super::schema::Symbols;
 use super::successors::Successors;
@@ -64,6 +65,7 @@ impl Packing<'_> {
             recursive,
             axioms,
             cost_scale,
+            prepared: Prepared::default(),
         })
     }
 

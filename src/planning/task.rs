@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::axioms::Axioms;
 use super::formula::{Formula, Test};
 use super::ground::{GroundCost, GroundEffect, Grounder, Kind};
+use super::heuristics::Prepared;
 use super::instantiate::{Relation, binding_of, instances};
 use super::pack::Packing;
 use super::schema::{Compiler, Schema, SlotEffect, Symbols};
@@ -112,6 +113,7 @@ pub struct Task {
     pub(super) axioms: Axioms,
     /// How many units of cost make 1.
     pub(super) cost_scale: u64,
+    pub(super) prepared: Prepared,
 }
 
 /// A task before packing; atoms have the grounder's numbers.

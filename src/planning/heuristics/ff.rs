@@ -5,8 +5,8 @@
 //! Source: Hoffmann, Nebel: The FF planning system, 2001; Keyder, Geffner: Heuristics for planning
 //! with action costs revisited, 2008.
 
-use super::Heuristic;
 use super::relaxed::{Combine, Relaxation};
+use super::{Heuristic, Prepared};
 use crate::planning::task::Task;
 
 /// The FF heuristic.
@@ -14,23 +14,21 @@ pub(in crate::planning) struct FastForward<'a> {
     task: &'a Task,
     relaxation: Relaxation<'a>,
     costs: Vec<u64>,
-    marks: Vec<bool>,
     plan: Vec<u32>,
 }
 
 impl<'a> FastForward<'a> {
     /// `costs` are the actions' costs; each should be above 0 so that short plans are preferred.
     pub(in crate::planning) fn new(task: &'a Task, costs: Vec<u64>) -> Self {
-        let relaxation = Relaxation::new(task, &costs, Combine::Sum);
-        let marks = vec![false; relaxation.cost.len()];
-        Self { task, relaxation, costs, marks, plan: Vec::new() }
+        let relaxation = Relaxation::new(Prepared::graph(task), &costs, Combine::Sum);
+        Self { task, relaxation, costs, plan: Vec::new() }
     }
 }
 
 impl Heuristic for FastForward<'_> {
     fn estimate(&mut self, state: &[u64]) -> Option<u64> {
         self.relaxation.explore(state)?;
-        self.relaxation.relaxed_plan(&mut self.marks, &mut self.plan);
+        self.relaxation.relaxed_plan(&mut self.plan);
         let costs = self.plan.iter().map(|&action| self.costs[action as usize]);
         let sum = costs.fold(0_u64, u64::saturating_add);
         self.plan.retain(|&action| self.task.operators[action as usize].applicable(state));

@@ -4,8 +4,8 @@
 //!
 //! Source: Bonet, Geffner: Planning as heuristic search, 2001.
 
-use super::Heuristic;
 use super::relaxed::{Combine, Relaxation};
+use super::{Heuristic, Prepared};
 use crate::planning::task::Task;
 
 /// The max heuristic.
@@ -16,7 +16,7 @@ pub(in crate::planning) struct Max<'a> {
 impl<'a> Max<'a> {
     /// `costs` are the actions' costs.
     pub(in crate::planning) fn new(task: &'a Task, costs: &[u64]) -> Self {
-        Self { relaxation: Relaxation::new(task, costs, Combine::Max) }
+        Self { relaxation: Relaxation::new(Prepared::graph(task), costs, Combine::Max) }
     }
 }
 

@@ -1,13 +1,31 @@
 //! Estimates of the cost from a state to the goal.
 
 mod blind;
+mod graph;
+mod queue;
 mod relaxed;
 mod ff;
 mod max;
 
+use std::sync::OnceLock;
+
+use crate::planning::task::Task;
+
 pub(super) use blind::Blind;
 pub(super) use ff::FastForward;
 pub(super) use max::Max;
+
+/// What heuristics of one task share: built when first asked for, the same for every state.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Prepared {
+    graph: OnceLock<graph::Graph>,
+}
+
+impl Prepared {
+    fn graph(task: &Task) -> &graph::Graph {
+        task.prepared.graph.get_or_init(|| graph::Graph::new(task))
+    }
+}
 
 /// An estimate of the cost to the goal.
 pub(super) trait Heuristic {
