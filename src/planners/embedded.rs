@@ -23,7 +23,7 @@ pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, 
 impl Planner for Embedded {
     fn plan(&self, query: &PlanQuery<'_>) -> Answer {
         if let Some(grounded) = query.grounded {
-            return grounded.task.solve(query.init, query.penalties, &self.budget);
+            return grounded.task.solve(query.init, query.penalties, &self.budget, query.interrupt);
         }
         let request = PlanRequest {
             objects: query.objects,

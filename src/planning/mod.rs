@@ -29,13 +29,9 @@ mod ladder;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
-<<<<<<< HEAD
 pub use ladder::{Reuse, Rung};
-pub use outcome::{Outcome, Phase, Statistics};
 pub use mutex::{MutexGroups, Violation};
-=======
 pub use outcome::{Outcome, Phase, Proof, Statistics};
->>>>>>> 9acff16 (Planning: searches from a packed state, interrupts, lower bounds, kinds of proofs)
 pub use plan::Plan;
 pub use task::{Coverage, Task, TaskError, TaskInput};
 pub use validate::{Validation, validate};
