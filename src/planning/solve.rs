@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::formula::Formula;
-use super::heuristics::{Blind, FastForward, Heuristic, Max};
+use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, Max};
 use super::search::{self, End, Limits};
 use super::task::Task;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
@@ -178,7 +178,8 @@ impl Call<'_> {
         // One more for each step, so that free actions are not free to pile up.
         let costs = self.costs.iter().map(|c| c.saturating_add(1)).collect();
         let mut heuristic = FastForward::new(self.task, costs);
-        let (end, phase) = search::greedy(self.task, self.state, &mut heuristic, limits);
+        let landmarks = Landmarks::new(self.task, self.state);
+        let (end, phase) = search::greedy(self.task, self.state, &mut heuristic, landmarks, limits);
         self.phases.push(phase);
         let end = match end {
             End::Found(plan) => End::Found(search::shorten(self.task, self.state, plan)),

@@ -2,6 +2,7 @@
 
 mod blind;
 mod graph;
+mod landmarks;
 mod queue;
 mod relaxed;
 mod ff;
@@ -13,17 +14,24 @@ use crate::planning::task::Task;
 
 pub(super) use blind::Blind;
 pub(super) use ff::FastForward;
+pub(super) use landmarks::Landmarks;
 pub(super) use max::Max;
 
 /// What heuristics of one task share: built when first asked for, the same for every state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Prepared {
     graph: OnceLock<graph::Graph>,
+    groups: OnceLock<Vec<Vec<u32>>>,
 }
 
 impl Prepared {
     fn graph(task: &Task) -> &graph::Graph {
         task.prepared.graph.get_or_init(|| graph::Graph::new(task))
+    }
+
+    /// Groups of atoms of which at most one can hold.
+    fn groups(task: &Task) -> &[Vec<u32>] {
+        task.prepared.groups.get_or_init(Vec::new)
     }
 }
 

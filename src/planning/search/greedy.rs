@@ -1,29 +1,34 @@
 //! Greedy best-first search with deferred evaluation and preferred actions: any plan, soon.
 //!
+//! Two estimates take turns, each with a queue of all actions and one of those that either of them
+//! prefers.
+//!
 //! Source: Helmert: The Fast Downward planning system, 2006, section 5; Richter, Helmert:
-//! Preferred operators and deferred evaluation in satisficing planning, 2009.
+//! Preferred operators and deferred evaluation in satisficing planning, 2009; Richter, Westphal:
+//! The LAMA planner, 2010.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use super::{End, Limits, Space};
-use crate::planning::heuristics::Heuristic;
+use crate::planning::heuristics::{Heuristic, Landmarks};
 use crate::planning::outcome::Phase;
 use crate::planning::task::Task;
 
-/// How many expansions the queue of preferred actions gains whenever the estimate improves.
+/// How many expansions the queues of preferred actions gain whenever an estimate improves.
 const BOOST: i64 = 1000;
 /// Rough memory of one queue entry, in bytes.
-const ENTRY_BYTES: usize = 16;
+const ENTRY_BYTES: usize = 8;
 
 /// Searches from a state for any plan.
 pub(in crate::planning) fn greedy(
     task: &Task,
     initial: &[u64],
     heuristic: &mut dyn Heuristic,
+    landmarks: Option<Landmarks>,
     limits: Limits<'_>,
 ) -> (End, Phase) {
     let mut space = Space::new(task, limits, "greedy");
-    let end = search(&mut space, initial, heuristic);
+    let end = search(&mut space, initial, heuristic, Guide::new(landmarks));
     (end, space.phase)
 }
 
@@ -57,10 +62,86 @@ impl Queue {
     }
 }
 
-fn search(space: &mut Space<'_>, initial: &[u64], heuristic: &mut dyn Heuristic) -> End {
+/// The queues of one estimate.
+#[derive(Default)]
+struct Queues {
+    preferred: Queue,
+    all: Queue,
+    best: Option<u64>,
+}
+
+/// The queues, and which landmarks each state's path has reached.
+struct Guide {
+    landmarks: Option<Landmarks>,
+    /// By state, as many words each as a set of landmarks has.
+    reached: Vec<u64>,
+    /// By estimate.
+    queues: Vec<Queues>,
+    preferred: Vec<u32>,
+}
+
+impl Guide {
+    fn new(landmarks: Option<Landmarks>) -> Self {
+        let mut queues = vec![Queues::default()];
+        queues.extend(landmarks.as_ref().map(|_| Queues::default()));
+        Self { landmarks, reached: Vec::new(), queues, preferred: Vec::new() }
+    }
+
+    /// Notes which landmarks a new state's path has reached, and counts those that are left.
+    fn count(&mut self, state: &[u64], parent: u32) -> Option<u64> {
+        let landmarks = self.landmarks.as_mut()?;
+        let (words, start) = (landmarks.words(), self.reached.len());
+        if parent == u32::MAX {
+            self.reached.resize(words, 0);
+        } else {
+            let parent = parent as usize * words;
+            self.reached.extend_from_within(parent..parent + words);
+        }
+        Some(landmarks.count(state, &mut self.reached[start..]))
+    }
+
+    /// Queues the successors of the state counted last, which has this number and these estimates.
+    fn extend(&mut self, number: u32, estimates: [Option<u64>; 2], actions: [&[u32]; 2]) {
+        let [preferred, applicable] = actions;
+        self.preferred.clear();
+        self.preferred.extend_from_slice(preferred);
+        if let Some(landmarks) = &self.landmarks {
+            let reached = &self.reached[self.reached.len() - landmarks.words()..];
+            landmarks.preferred(reached, applicable, &mut self.preferred);
+            self.preferred.sort_unstable();
+            self.preferred.dedup();
+        }
+        let mut n_improved = 0;
+        for (queues, estimate) in self.queues.iter_mut().zip(estimates.into_iter().flatten()) {
+            if queues.best.is_none_or(|best| estimate < best) {
+                queues.best = Some(estimate);
+                n_improved += 1;
+            }
+            queues.preferred.extend(estimate, number, &self.preferred);
+            queues.all.extend(estimate, number, applicable);
+        }
+        self.queues.iter_mut().for_each(|queues| queues.preferred.priority -= BOOST * n_improved);
+    }
+
+    /// The next state to look at, as parent and action: from the queue that is most in arrears.
+    fn next(&mut self) -> Option<(u32, u32)> {
+        let queues = self.queues.iter_mut().flat_map(|q| [&mut q.preferred, &mut q.all]);
+        queues.filter(|queue| queue.len > 0).min_by_key(|queue| queue.priority)?.pop()
+    }
+
+    fn bytes(&self) -> usize {
+        let entries = self.queues.iter().map(|q| q.preferred.len + q.all.len);
+        entries.sum::<usize>() * ENTRY_BYTES + self.reached.len() * 8
+    }
+}
+
+fn search(
+    space: &mut Space<'_>,
+    initial: &[u64],
+    heuristic: &mut dyn Heuristic,
+    mut guide: Guide,
+) -> End {
     let task = space.task;
-    let (mut all, mut preferred) = (Queue::default(), Queue::default());
-    let mut best: Option<u64> = None;
     let (mut applicable, mut state) = (Vec::new(), initial.to_vec());
     let (mut parent, mut action) = (u32::MAX, u32::MAX);
     loop {
@@ -73,25 +154,18 @@ fn search(space: &mut Space<'_>, initial: &[u64], heuristic: &mut dyn Heuristic)
                 return end;
             }
             space.phase.evaluated += 1;
+            let left = guide.count(&state, parent);
             if let Some(estimate) = heuristic.estimate(&state) {
-                if best.is_none_or(|b| estimate < b) {
-                    best = Some(estimate);
-                    preferred.priority -= BOOST;
-                }
                 space.phase.expanded += 1;
                 task.successors.find(&task.operators, &state, &mut applicable);
-                all.extend(estimate, number, &applicable);
-                preferred.extend(estimate, number, heuristic.preferred());
+                let actions = [heuristic.preferred(), &applicable];
+                guide.extend(number, [Some(estimate), left], actions);
             }
         }
-        let first = if preferred.priority <= all.priority { [true, false] } else { [false, true] };
-        let next = first
-            .into_iter()
-            .find_map(|from_preferred| if from_preferred { preferred.pop() } else { all.pop() });
-        let Some(entry) = next else { return End::Exhausted(space.store.len()) };
+        let Some(entry) = guide.next() else { return End::Exhausted(space.store.len()) };
         (parent, action) = entry;
         space.phase.generated += 1;
         task.apply(&task.operators[action as usize], space.store.get(parent), &mut state);
-        space.queue_bytes = (all.len + preferred.len) * ENTRY_BYTES;
+        space.queue_bytes = guide.bytes();
     }
 }
