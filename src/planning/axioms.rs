@@ -26,6 +26,11 @@ impl Axioms {
         Self { strata, first }
     }
 
+    /// Whether there are no rules.
+    pub(super) fn is_empty(&self) -> bool {
+        self.strata.is_empty()
+    }
+
     /// Recomputes the derived atoms of a state: the least fixpoint of each stratum in turn.
     pub(super) fn complete(&self, state: &mut [u64]) {
         if self.strata.is_empty() {

@@ -176,6 +176,11 @@ impl Test {
             && self.rest.iter().all(|f| f.holds_where(&|atom, wanted| bit(state, atom) == wanted))
     }
 
+    /// (word, bits that matter, their wanted values), unless more than literals is tested.
+    pub(super) fn literals(&self) -> Option<&[(u32, u64, u64)]> {
+        self.rest.is_empty().then_some(&self.words)
+    }
+
     /// Whether nothing is tested.
     pub(super) fn is_empty(&self) -> bool {
         self.words.is_empty() && self.rest.is_empty()

@@ -29,7 +29,10 @@ mod ladder;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
-pub use ladder::{Reuse, Rung};
+pub use ladder::{
+    Climbed, Counters, Distance, End as LadderEnd, Ground, Ladder, LadderSettings, Reply, Rest,
+    Reuse, Rung, Table, TableEnd, TableJob, TableLimits,
+};
 pub use mutex::{MutexGroups, Violation};
 pub use outcome::{Outcome, Phase, Proof, Statistics};
 pub use plan::Plan;

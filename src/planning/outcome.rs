@@ -102,6 +102,11 @@ pub struct Phase {
 }
 
 impl Statistics {
+    /// Whether a plan was made cheaper after it was found.
+    pub fn improved(&self) -> bool {
+        self.phases.iter().any(|phase| phase.name == "improve")
+    }
+
     /// States expanded by all searches.
     pub fn expanded(&self) -> u64 {
         self.phases.iter().map(|p| p.expanded).sum()

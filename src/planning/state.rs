@@ -3,7 +3,7 @@
 /// All states met by a search; a state's number is its place in the order of discovery.
 ///
 /// A state is `words` 64-bit words, one bit for each atom.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct StateStore {
     words: usize,
     data: Vec<u64>,
@@ -35,6 +35,19 @@ impl StateStore {
         &self.data[start..start + self.words]
     }
 
+    /// The number of a state, if it is stored.
+    pub(super) fn find(&self, state: &[u64]) -> Option<u32> {
+        let mask = self.table.len() - 1;
+        let mut slot = hash(state) as usize & mask;
+        loop {
+            match self.table[slot] {
+                0 => return None,
+                entry if self.get(entry - 1) == state => return Some(entry - 1),
+                _ => slot = (slot + 1) & mask,
+            }
+        }
+    }
+
     /// The number of a state and whether it is new.
     pub(super) fn insert(&mut self, state: &[u64]) -> (u32, bool) {
         if self.n_states * 2 >= self.table.len() {
@@ -54,6 +67,11 @@ impl StateStore {
         self.n_states += 1;
         self.table[slot] = number + 1;
         (number, true)
+    }
+
+    /// Gives back memory that is held for more states.
+    pub(super) fn shrink(&mut self) {
+        self.data.shrink_to_fit();
     }
 
     fn grow(&mut self) {

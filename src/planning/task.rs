@@ -252,7 +252,7 @@ fn check_sizes(
 }
 
 /// Who changes each predicate.
-fn kinds(domain: &Domain, symbols: &Symbols<'_>) -> Vec<Kind> {
+pub(super) fn kinds(domain: &Domain, symbols: &Symbols<'_>) -> Vec<Kind> {
     fn mark(effect: &Effect, symbols: &Symbols<'_>, kinds: &mut [Kind]) {
         match effect {
             Effect::And(parts) => parts.iter().for_each(|p| mark(p, symbols, kinds)),
