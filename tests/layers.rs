@@ -61,6 +61,7 @@ const UPWARD: &[(&str, &str, &str)] = &[
     ("cameras", "telemetry", "hardware stamps its frames with the one clock"),
     ("pddl", "scene", "a condition is judged in the three truth values of a scene"),
     ("planners", "config", "a planner reads its own table of the run file"),
+    ("planners", "telemetry", "a program beside this one has a deadline, told by the one clock"),
     ("robots", "config", "the simulated robot reads its own table of the run file"),
     ("robots", "telemetry", "hardware stamps its states with the one clock"),
     ("web", "telemetry", "what is left of a deadline is told by the one clock"),

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::{Failure, exit, out};
-use crate::config::read_text;
+use crate::config::{ConfigError, PlannerConfig, choose, read_text};
 use crate::pddl::{Domain, Parsed, Problem, SourceText, parse_domain, parse_problem};
+use crate::planners::{FastDownward, PLANNERS, PlannerSettings};
 use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
 use crate::telemetry::monotonic_ns;
 
@@ -24,6 +25,12 @@ pub(super) struct Args {
     /// Most states that the search for any plan expands; 0 leaves it out.
     #[arg(long, default_value_t = Budget::standard().greedy_expansions_max)]
     expansions: u64,
+    /// Who plans: `embedded` or `fast-downward`.
+    #[arg(long, default_value = "embedded", value_name = "NAME")]
+    planner: String,
+    /// TOML file with the planner's own options (`[planner.options]` of a run file).
+    #[arg(long, value_name = "FILE")]
+    planner_options: Option<PathBuf>,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -61,14 +68,9 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let started_ns = monotonic_ns();
     let Task { domain, problem } = read_task(&args.domain, &args.problem)?;
     let parsed_ns = monotonic_ns();
-    let budget = Budget {
-        optimal_expansions_max: args.optimal_expansions,
-        greedy_expansions_max: args.expansions,
-        ..Budget::standard()
-    };
-    let answer = plan(&domain, &PlanRequest::new(&problem), &budget);
+    let (outcome, expanded) = answer(args, &domain, &PlanRequest::new(&problem))?;
     let planned_ns = monotonic_ns();
-    let (verdict, code, reason) = match &answer.outcome {
+    let (verdict, code, reason) = match &outcome {
         Outcome::Solved(_) => ("solved", 0, String::new()),
         Outcome::Unsolvable { proof } => ("unsolvable", exit::UNSOLVABLE, proof.to_string()),
         Outcome::OutOfBudget { limit, value } => {
@@ -79,7 +81,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         }
         Outcome::BadInput { reason } => ("bad-input", exit::BAD_INPUT, reason.clone()),
     };
-    let found = if let Outcome::Solved(found) = &answer.outcome { Some(found) } else { None };
+    let found = if let Outcome::Solved(found) = &outcome { Some(found) } else { None };
     if let Some(found) = found {
         let checked = validate(&domain, &PlanRequest::new(&problem), &found.steps);
         if let Validation::Invalid { reason, .. } = checked {
@@ -100,7 +102,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             "lower_bound": found.map(|p| p.lower_bound as f64 / p.cost_scale as f64),
             "proof": proof,
             "plan": steps,
-            "expanded": answer.statistics.expanded(),
+            "expanded": expanded,
             "time_us": {
                 "parse": microseconds(started_ns, parsed_ns),
                 "plan": microseconds(parsed_ns, planned_ns),
@@ -114,4 +116,46 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     Ok(code)
+}
+
+/// The planner's answer, and how many states it has expanded.
+fn answer(
+    args: &Args,
+    domain: &Domain,
+    request: &PlanRequest<'_>,
+) -> Result<(Outcome, u64), Failure> {
+    let budget = Budget {
+        optimal_expansions_max: args.optimal_expansions,
+        greedy_expansions_max: args.expansions,
+        ..Budget::standard()
+    };
+    choose("--planner", &args.planner, PLANNERS)?;
+    // Of all planners, this one alone is asked with costs.
+    if args.planner == "fast-downward" {
+        let planner = fast_downward(&args.planner, args.planner_options.as_deref())?;
+        let answer = planner.solve(domain, request, &|| false);
+        return Ok((answer.outcome, answer.expanded));
+    }
+    if let Some(path) = &args.planner_options {
+        let text = format!("{}: the planner {:?} has no options", path.display(), args.planner);
+        return Err(Failure::bad_input(text));
+    }
+    let answer = plan(domain, request, &budget);
+    Ok((answer.outcome, answer.statistics.expanded()))
+}
+
+/// Fast Downward with the options of a file, where there is one.
+pub(super) fn fast_downward(name: &str, options: Option<&Path>) -> Result<FastDownward, Failure> {
+    let mut config = PlannerConfig::single(name, &Budget::standard());
+    if let Some(path) = options {
+        let table = read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })?;
+        config.options = Some(table);
+    }
+    let file = options.map_or("--planner-options".into(), |path| path.display().to_string());
+    let folder = options.and_then(Path::parent).unwrap_or(Path::new(""));
+    let settings = PlannerSettings { config: &config, file: &file, folder };
+    Ok(FastDownward::new(&settings).map_err(ConfigError::from)?)
 }

@@ -61,7 +61,7 @@ impl PlannerConfig {
     }
 
     /// Checks what types cannot say.
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
         if self.rungs.contains(&Rung::Search) {
             return Ok(());
         }

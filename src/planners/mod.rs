@@ -1,6 +1,7 @@
 //! Planners: state and goal to plan. Each is one file with one line in [`PLANNERS`].
 
 mod embedded;
+mod fast_downward;
 mod replanner;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ use crate::config::PlannerConfig;
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
 use crate::planning::{Answer, Task};
 
+pub use fast_downward::{BackendAnswer, FastDownward};
 pub use replanner::Replanner;
 
 /// What a planner is asked.
@@ -109,4 +111,5 @@ impl PlannerSettings<'_> {
 pub type Build = fn(&PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError>;
 
 /// Every planner by its name in configuration files, in alphabetical order.
-pub const PLANNERS: &[(&str, Build)] = &[("embedded", embedded::build)];
+pub const PLANNERS: &[(&str, Build)] =
+    &[("embedded", embedded::build), ("fast-downward", fast_downward::build)];

@@ -1,0 +1,223 @@
+//! A planning problem as the text that Fast Downward reads, and its plan as steps.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::pddl::{
+    Action, Condition, CostTerm, Domain, Effect, Name, Problem, Signature, SourceText, Step, Term,
+    Typed, parse_plan, print_domain, print_problem,
+};
+use crate::planning::PlanRequest;
+
+/// Stands between an action's name and the number of the step of it that is penalised.
+const PENALISED: &str = "--penalised-";
+
+/// Requirements that cover all that this project reads; Fast Downward takes them as declarations.
+const REQUIREMENTS: [&str; 4] = [":typing", ":adl", ":action-costs", ":derived-predicates"];
+
+/// Domain and problem as text.
+#[derive(Debug)]
+pub(super) struct Encoded {
+    pub(super) domain: String,
+    pub(super) problem: String,
+    /// The actions that are copied for one penalised step each, with their own names.
+    copies: BTreeMap<Name, Name>,
+}
+
+/// Prints a problem. Each penalised step becomes an action of its own with a cost of its own; the
+/// action that it comes from leaves its arguments out.
+///
+/// # Errors
+/// What Fast Downward cannot express: costs that are no whole numbers.
+pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encoded, String> {
+    let mut domain = domain.clone();
+    let has_costs = request.minimise_cost || !request.penalties.is_empty();
+    domain.requirements = REQUIREMENTS.iter().map(|&r| r.into()).collect();
+    for action in &mut domain.actions {
+        if !request.minimise_cost {
+            let cost = has_costs.then_some(Effect::Cost(CostTerm::Number(1.0)));
+            action.effect = with_cost(&action.effect, cost);
+        }
+        whole_costs(&action.effect, &action.name)?;
+    }
+    let fraction = request.costs.iter().find(|(_, value)| !is_whole(**value));
+    if let (true, Some((function, value))) = (request.minimise_cost, fraction) {
+        return Err(format!("the cost {function} = {value}: only whole numbers"));
+    }
+    if !request.minimise_cost {
+        domain.functions.clear();
+    }
+    if has_costs && domain.functions.iter().all(|f| f.name != "total-cost") {
+        domain.functions.push(Signature { name: "total-cost".into(), params: Vec::new() });
+    }
+    let known = |object: &&Typed| domain.constants.iter().all(|c| c.name != object.name);
+    let mut objects: Vec<Typed> = request.objects.iter().filter(known).cloned().collect();
+    let copies = split(&mut domain, request.penalties);
+    if !copies.is_empty() {
+        // Preconditions may name constants only.
+        domain.constants.append(&mut objects);
+    }
+    let derived: BTreeSet<&Name> = domain.axioms.iter().map(|axiom| &axiom.head.name).collect();
+    let problem = Problem {
+        name: "task".into(),
+        domain: domain.name.clone(),
+        objects,
+        init: request.init.iter().filter(|a| !derived.contains(&a.predicate)).cloned().collect(),
+        costs: if request.minimise_cost { request.costs.clone() } else { BTreeMap::new() },
+        goal: request.goal.clone(),
+        minimise_cost: has_costs,
+    };
+    Ok(Encoded { domain: print_domain(&domain), problem: print_problem(&problem), copies })
+}
+
+/// The effect with `cost` in place of what it costs.
+fn with_cost(effect: &Effect, cost: Option<Effect>) -> Effect {
+    fn without(effect: &Effect) -> Effect {
+        match effect {
+            Effect::And(parts) => Effect::And(parts.iter().map(without).collect()),
+            Effect::Cost(_) => Effect::And(Vec::new()),
+            Effect::When(condition, inner) => {
+                Effect::When(condition.clone(), Box::new(without(inner)))
+            }
+            Effect::Forall(vars, inner) => Effect::Forall(vars.clone(), Box::new(without(inner))),
+            Effect::Add(_) | Effect::Delete(_) => effect.clone(),
+        }
+    }
+    let mut parts = vec![without(effect)];
+    parts.extend(cost);
+    Effect::And(parts)
+}
+
+fn whole_costs(effect: &Effect, action: &Name) -> Result<(), String> {
+    match effect {
+        Effect::And(parts) => parts.iter().try_for_each(|part| whole_costs(part, action)),
+        Effect::Cost(CostTerm::Number(value)) if !is_whole(*value) => {
+            Err(format!("the cost {value} of {action}: only whole numbers"))
+        }
+        Effect::When(_, inner) | Effect::Forall(_, inner) => whole_costs(inner, action),
+        Effect::Cost(_) | Effect::Add(_) | Effect::Delete(_) => Ok(()),
+    }
+}
+
+fn is_whole(value: f64) -> bool {
+    value.fract() == 0.0
+}
+
+/// Makes one action for each penalised step; returns their names with those that they come from.
+fn split(domain: &mut Domain, penalties: &BTreeMap<Step, u32>) -> BTreeMap<Name, Name> {
+    let (mut copies, mut added) = (BTreeMap::new(), Vec::new());
+    for (number, (step, penalty)) in penalties.iter().enumerate() {
+        let action = domain.actions.iter_mut().find(|a| a.name == step.action);
+        let Some(action) = action.filter(|a| a.params.len() == step.args.len()) else { continue };
+        let pairs = action.params.iter().zip(&step.args);
+        let is_step = Condition::And(
+            pairs
+                .map(|(param, object)| {
+                    Condition::Equal(Term::Var(param.name.clone()), Term::Object(object.clone()))
+                })
+                .collect(),
+        );
+        let also =
+            |condition: &Condition, more: Condition| Condition::And(vec![condition.clone(), more]);
+        let name = Name::new(format!("{}{PENALISED}{number}", action.name));
+        let penalty = Effect::Cost(CostTerm::Number(f64::from(*penalty)));
+        added.push(Action {
+            name: name.clone(),
+            params: action.params.clone(),
+            precondition: also(&action.precondition, is_step.clone()),
+            effect: plus(&action.effect, penalty),
+        });
+        action.precondition = also(&action.precondition, Condition::Not(Box::new(is_step)));
+        copies.insert(name, action.name.clone());
+    }
+    domain.actions.append(&mut added);
+    copies
+}
+
+/// The effect at a cost that is higher by a penalty. Fast Downward adds up one term alone, so a
+/// number is added here; a function stands where it is, and the penalty with it as a second term.
+fn plus(effect: &Effect, penalty: Effect) -> Effect {
+    fn raise(effect: &Effect, by: f64) -> Option<Effect> {
+        match effect {
+            Effect::And(parts) => {
+                let at = parts.iter().position(|part| raise(part, by).is_some())?;
+                let mut parts = parts.clone();
+                parts[at] = raise(&parts[at], by)?;
+                Some(Effect::And(parts))
+            }
+            Effect::Cost(CostTerm::Number(n)) => Some(Effect::Cost(CostTerm::Number(n + by))),
+            Effect::Cost(CostTerm::Function(_))
+            | Effect::Add(_)
+            | Effect::Delete(_)
+            | Effect::When(..)
+            | Effect::Forall(..) => None,
+        }
+    }
+    let by = if let Effect::Cost(CostTerm::Number(by)) = penalty { by } else { 0.0 };
+    raise(effect, by).unwrap_or_else(|| Effect::And(vec![effect.clone(), penalty]))
+}
+
+impl Encoded {
+    /// Reads a plan file.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn plan(&self, text: &str) -> Result<Vec<Step>, String> {
+        let source = SourceText::new("plan", text);
+        let steps = parse_plan(&source).map_err(|error| error.to_string())?;
+        let own = |step: Step| match self.copies.get(&step.action) {
+            Some(action) => Step { action: action.clone(), args: step.args },
+            None => step,
+        };
+        Ok(steps.into_iter().map(own).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pddl::{Atom, parse_domain, parse_problem};
+
+    const DOMAIN: &str = "(define (domain d) (:requirements :strips) (:predicates (p ?x) (q ?x))
+        (:action a :parameters (?x) :precondition (p ?x) :effect (q ?x)))";
+
+    #[test]
+    fn penalised_steps_become_actions_of_their_own() {
+        let domain = parse_domain(&SourceText::new("domain", DOMAIN)).unwrap().value;
+        let objects = ["o1", "o2"].map(|name| Typed::new(name, "object"));
+        let penalties = BTreeMap::from([(Step::new("a", &["o1"]), 7)]);
+        let request = PlanRequest {
+            objects: &objects,
+            init: &BTreeSet::from([Atom::new("p", &["o1"])]),
+            goal: &Condition::True,
+            costs: &BTreeMap::new(),
+            minimise_cost: false,
+            penalties: &penalties,
+        };
+        let encoded = encode(&domain, &request).unwrap();
+        let read = parse_domain(&SourceText::new("printed", &*encoded.domain)).unwrap().value;
+        assert_eq!(read.actions.len(), 2);
+        assert!(encoded.domain.contains("(not (and (= ?x o1)))"), "{}", encoded.domain);
+        assert!(encoded.domain.contains("(increase (total-cost) 8)"), "{}", encoded.domain);
+        parse_problem(&SourceText::new("printed", &*encoded.problem), &read).unwrap();
+        let plan = encoded.plan("(a--penalised-0 o1)\n(a o2)\n; cost = 9\n").unwrap();
+        assert_eq!(plan, [Step::new("a", &["o1"]), Step::new("a", &["o2"])]);
+    }
+
+    #[test]
+    fn costs_that_are_no_whole_numbers_are_refused() {
+        let text = DOMAIN.replace("(q ?x)))", "(and (q ?x) (increase (total-cost) 0.5))))");
+        let text = text.replace("(:action", "(:functions (total-cost)) (:action");
+        let domain = parse_domain(&SourceText::new("domain", text)).unwrap().value;
+        let request = PlanRequest {
+            objects: &[],
+            init: &BTreeSet::new(),
+            goal: &Condition::True,
+            costs: &BTreeMap::new(),
+            minimise_cost: true,
+            penalties: &BTreeMap::new(),
+        };
+        assert!(encode(&domain, &request).unwrap_err().contains("0.5"));
+        let plain = PlanRequest { minimise_cost: false, ..request };
+        assert!(!encode(&domain, &plain).unwrap().domain.contains("increase"));
+    }
+}

@@ -1,0 +1,237 @@
+//! Fast Downward as a program beside this one: an installed `fast-downward.py`, or the parts of the
+//! Python wheel `up-fast-downward`.
+//!
+//! It is a second opinion and a yardstick, not a part of a quick loop: a call costs a process or
+//! two. Its licence (GPL) asks for exactly this distance: nothing of it is linked or shipped.
+
+mod call;
+mod encode;
+mod process;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde::Deserialize;
+
+use self::call::Call;
+use self::encode::encode;
+use self::process::{End, Limits};
+use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
+use crate::pddl::{Domain, Step};
+use crate::planning::{Answer, Outcome, Plan, PlanRequest, Statistics, Validation, validate};
+use crate::telemetry::monotonic_ns;
+
+/// The driver's `lama-first`, in the words of the search program.
+const LAMA_FIRST: &str = "let(hlm, eval_modify_costs(landmark_sum(\
+    lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),cost_type=one), \
+    let(hff, eval_modify_costs(ff(),cost_type=one), \
+    lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false)))";
+/// A cheapest plan.
+const LM_CUT: &str = "astar(lmcut())";
+/// Prints where the wheel lies, without importing it.
+const FIND: &str = "import importlib.util as u, sys\n\
+    f = u.find_spec('up_fast_downward')\n\
+    t = u.find_spec('fast_downward')\n\
+    sys.stdout.write(f.submodule_search_locations[0] if f and t else '')";
+/// How long looking for the wheel may take, nanoseconds.
+const FIND_NS_MAX: u64 = 60_000_000_000;
+/// What is written when it is not there.
+const HOW: &str = "pip install up-fast-downward (and name its python in planner.options.python), \
+    or planner.options.program = \"…/fast-downward.py\"";
+
+/// `[planner.options]` of the planner "fast-downward".
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Options {
+    /// The Python that has the wheel, and that runs a `program` that ends with `.py`.
+    python: String,
+    /// An installed driver; without one, the wheel is used.
+    program: Option<PathBuf>,
+    /// Whether a cheapest plan is asked for.
+    optimal: bool,
+    /// The search for any plan.
+    satisficing_search: String,
+    /// The search for a cheapest plan; what it finds counts as proven.
+    optimal_search: String,
+    /// Longest call, seconds of wall time.
+    timeout_s: u32,
+    /// Most address space of each process, megabytes.
+    memory_mb: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            python: "python3".to_owned(),
+            program: None,
+            optimal: false,
+            satisficing_search: LAMA_FIRST.to_owned(),
+            optimal_search: LM_CUT.to_owned(),
+            timeout_s: 30,
+            memory_mb: 4096,
+        }
+    }
+}
+
+/// Fast Downward, found and ready to be asked.
+#[derive(Debug)]
+pub struct FastDownward {
+    options: Options,
+    parts: Parts,
+}
+
+/// What is run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Parts {
+    /// The driver does both halves.
+    Driver(PathBuf),
+    /// The wheel's translator module, and this search program.
+    Wheel(PathBuf),
+}
+
+/// What one call came to, and what it took.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BackendAnswer {
+    /// The answer.
+    pub outcome: Outcome,
+    /// States that it says it has expanded.
+    pub expanded: u64,
+    /// Processor time of its processes, nanoseconds.
+    pub cpu_ns: u64,
+    /// Wall time, nanoseconds.
+    pub wall_ns: u64,
+}
+
+pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError> {
+    Ok(Box::new(FastDownward::new(settings)?))
+}
+
+impl FastDownward {
+    /// Reads `[planner.options]` and looks for the program.
+    ///
+    /// # Errors
+    /// [`PlannerError::Options`] for options that cannot be, [`PlannerError::Missing`] when there
+    /// is no Fast Downward.
+    pub fn new(settings: &PlannerSettings<'_>) -> Result<Self, PlannerError> {
+        let options = settings.config.options.clone().unwrap_or_default();
+        let fault = |field: &str, message: String| PlannerError::Options {
+            file: settings.file.to_owned(),
+            field: field.to_owned(),
+            message,
+        };
+        let mut options: Options =
+            options.try_into().map_err(|e: toml::de::Error| fault("", e.message().to_owned()))?;
+        if options.timeout_s == 0 || options.memory_mb == 0 {
+            let field = if options.timeout_s == 0 { ".timeout_s" } else { ".memory_mb" };
+            return Err(fault(field, "expected 1 or more, got 0".to_owned()));
+        }
+        if options.python.contains('/') {
+            let python = settings.folder.join(&options.python);
+            options.python = python.to_str().unwrap_or(&options.python).to_owned();
+        }
+        let parts = match &options.program {
+            Some(program) => driver(&settings.folder.join(program))?,
+            None => wheel(&options)?,
+        };
+        Ok(Self { options, parts })
+    }
+
+    /// Asks once. Plans are checked by the independent validator before they are believed.
+    pub fn solve(
+        &self,
+        domain: &Domain,
+        request: &PlanRequest<'_>,
+        interrupt: &dyn Fn() -> bool,
+    ) -> BackendAnswer {
+        let started_ns = monotonic_ns();
+        let deadline_ns = started_ns + u64::from(self.options.timeout_s) * 1_000_000_000;
+        let memory_bytes = u64::from(self.options.memory_mb) << 20;
+        let limits = Limits { deadline_ns, memory_bytes, interrupt };
+        let mut call = Call::new(&self.options, &self.parts, limits);
+        let outcome = match encode(domain, request) {
+            Ok(encoded) => match call.plan(&encoded) {
+                Ok(steps) => self.checked(steps, domain, request),
+                Err(outcome) => outcome,
+            },
+            Err(feature) => Outcome::Unsupported { feature: named(feature) },
+        };
+        let Call { cpu_ns, expanded, .. } = call;
+        BackendAnswer { outcome, expanded, cpu_ns, wall_ns: monotonic_ns() - started_ns }
+    }
+
+    fn checked(&self, steps: Vec<Step>, domain: &Domain, request: &PlanRequest<'_>) -> Outcome {
+        match validate(domain, request, &steps) {
+            Validation::Invalid { reason, .. } => {
+                Outcome::BadInput { reason: named(format!("its plan is wrong: {reason}")) }
+            }
+            Validation::Valid { cost } => {
+                let penalty = |step| request.penalties.get(step).map_or(0, |&p| u64::from(p));
+                Outcome::Solved(Plan {
+                    cost: cost as u64,
+                    cost_scale: 1,
+                    penalty: steps.iter().map(penalty).sum(),
+                    proven_optimal: self.options.optimal,
+                    steps,
+                })
+            }
+        }
+    }
+}
+
+impl Planner for FastDownward {
+    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
+        let request = PlanRequest {
+            objects: query.objects,
+            init: query.init,
+            goal: query.goal,
+            costs: &BTreeMap::new(),
+            minimise_cost: false,
+            penalties: query.penalties,
+        };
+        let answer = self.solve(query.domain, &request, query.interrupt);
+        Answer { outcome: answer.outcome, statistics: Statistics::default() }
+    }
+}
+
+/// A sentence of this backend.
+fn named(text: impl std::fmt::Display) -> String {
+    format!("fast-downward: {text}")
+}
+
+fn missing(what: impl std::fmt::Display) -> PlannerError {
+    PlannerError::Missing { what: format!("Fast Downward ({what})"), how: HOW.to_owned() }
+}
+
+fn driver(program: &Path) -> Result<Parts, PlannerError> {
+    if program.is_file() {
+        Ok(Parts::Driver(program.to_owned()))
+    } else {
+        Err(missing(format!("{} is no file", program.display())))
+    }
+}
+
+fn wheel(options: &Options) -> Result<Parts, PlannerError> {
+    let limits = Limits {
+        deadline_ns: monotonic_ns() + FIND_NS_MAX,
+        memory_bytes: u64::from(options.memory_mb) << 20,
+        interrupt: &|| false,
+    };
+    let python = &options.python;
+    let mut command = Command::new(python);
+    command.args(["-c", FIND]).stdin(Stdio::null());
+    let ended =
+        process::run(&mut command, limits).map_err(|e| missing(format!("{python}: {e}")))?;
+    let folder = ended.stdout.trim();
+    if ended.end != End::Exit(0) || folder.is_empty() {
+        return Err(missing(format!("{python} has no up_fast_downward")));
+    }
+    let search = Path::new(folder).join("downward/builds/release/bin/downward");
+    if search.is_file() {
+        Ok(Parts::Wheel(search))
+    } else {
+        Err(missing(format!("{} is no file", search.display())))
+    }
+}
