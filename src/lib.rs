@@ -44,4 +44,5 @@ pub mod transport;
 pub mod eval;
 pub mod actors;
 pub mod app;
+pub mod stress;
 pub mod cli;

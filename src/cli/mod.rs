@@ -9,6 +9,7 @@ mod ground;
 mod narrate;
 mod plan;
 mod run;
+mod stress;
 mod validate;
 
 use std::process::ExitCode;
@@ -61,6 +62,8 @@ enum Verb {
     Exemplar(exemplar::Args),
     /// Measure on data sets.
     Eval(eval::Args),
+    /// Measure what replanning costs.
+    Stress(stress::Args),
 }
 
 /// Parses the arguments and carries the verb out.
@@ -76,6 +79,7 @@ pub fn main() -> ExitCode {
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(args) => exemplar::run(&args),
         Verb::Eval(args) => eval::run(&args),
+        Verb::Stress(args) => stress::run(&args),
     };
     match done {
         Ok(code) => ExitCode::from(code),

@@ -1,0 +1,147 @@
+//! Whether a report is as good as an earlier one.
+
+use std::collections::BTreeMap;
+
+use super::measure::{Cell, Key};
+use super::report::Report;
+
+/// How much slower a median may be before it is a regression.
+const SLOWER_MAX: f64 = 1.2;
+/// Differences below this are within what the clock and the caches do, nanoseconds.
+const NOISE_NS: f64 = 300.0;
+
+/// What is said of one cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// As quick as before, or quicker.
+    Passed,
+    /// Slower by more than is allowed.
+    Regressed,
+    /// Too few plans to tell.
+    TooFew,
+    /// Not in both reports.
+    Unmatched,
+}
+
+/// One cell beside its earlier self.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The cell.
+    pub key: Key,
+    /// Median thread-CPU time before and now, nanoseconds, before normalised to this machine.
+    pub before_ns: f64,
+    /// Now.
+    pub now_ns: f64,
+    /// What comes of it.
+    pub verdict: Verdict,
+}
+
+impl Judgement {
+    /// How much slower it is; 1 = as before.
+    pub fn ratio(&self) -> f64 {
+        self.now_ns / self.before_ns.max(1.0)
+    }
+}
+
+/// Compares the thread-CPU medians of two reports, cell by cell, in units of each report's own
+/// calibration.
+pub fn check(now: &Report, before: &Report, samples_min: u64) -> Vec<Judgement> {
+    let factor = now.machine.calibration_ns as f64 / before.machine.calibration_ns.max(1) as f64;
+    let earlier: BTreeMap<&Key, &Cell> = before.cells.iter().map(|c| (&c.key, c)).collect();
+    let current: BTreeMap<&Key, &Cell> = now.cells.iter().map(|c| (&c.key, c)).collect();
+    let mut keys: Vec<&Key> = now.cells.iter().map(|cell| &cell.key).collect();
+    keys.extend(before.cells.iter().map(|c| &c.key).filter(|key| !current.contains_key(key)));
+    let judge = |key: &Key| {
+        let (now, before) = (current.get(key), earlier.get(key));
+        let now_ns = now.map_or(0.0, |cell| median(cell));
+        let before_ns = before.map_or(0.0, |cell| median(cell)) * factor;
+        let verdict = match (now, before) {
+            (Some(now), Some(before)) if now.count.min(before.count) < samples_min => {
+                Verdict::TooFew
+            }
+            (Some(_), Some(_)) => {
+                let slower = now_ns > before_ns * SLOWER_MAX && now_ns > before_ns + NOISE_NS;
+                if slower { Verdict::Regressed } else { Verdict::Passed }
+            }
+            _ => Verdict::Unmatched,
+        };
+        Judgement { key: key.clone(), before_ns, now_ns, verdict }
+    };
+    keys.into_iter().map(judge).collect()
+}
+
+/// The middle one of the repeats' medians.
+fn median(cell: &Cell) -> f64 {
+    let mut medians = cell.cpu_p50_ns_by_repeat.clone();
+    medians.sort_unstable();
+    match (medians.len(), medians.get(medians.len() / 2)) {
+        (n, Some(&upper)) if n % 2 == 0 => {
+            let lower = medians.get(n / 2 - 1).copied().unwrap_or(upper);
+            f64::midpoint(lower as f64, upper as f64)
+        }
+        (_, Some(&middle)) => middle as f64,
+        (_, None) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::Samples;
+    use super::super::{Feed, Machine};
+    use super::*;
+    use crate::stress::measure::Timing;
+
+    fn report(calibration_ns: u64, cells: &[(&str, u64, usize)]) -> Report {
+        let cell = |&(rung, cpu_ns, count): &(&str, u64, usize)| {
+            let timing = Timing { decide_cpu_ns: cpu_ns, ..Timing::default() };
+            let samples = Samples { timings: vec![vec![timing; count]; 3], ..Samples::default() };
+            samples.cell(&Key {
+                case: "c".to_owned(),
+                size: 3,
+                problem: None,
+                feed: Feed::Random,
+                rate: "max".to_owned(),
+                rung: rung.to_owned(),
+            })
+        };
+        let machine =
+            Machine { processor: String::new(), processors: 1, load: Vec::new(), calibration_ns };
+        Report {
+            format: 1,
+            config: String::new(),
+            planner: String::new(),
+            seed: 0,
+            repeats: 3,
+            machine,
+            cells: cells.iter().map(cell).collect(),
+            comparisons: Vec::new(),
+        }
+    }
+
+    fn verdicts(now: &Report, before: &Report) -> Vec<Verdict> {
+        check(now, before, 30).iter().map(|judgement| judgement.verdict).collect()
+    }
+
+    #[test]
+    fn a_slower_median_is_a_regression_on_a_machine_that_is_as_fast() {
+        let before = report(1000, &[("search", 10_000, 20)]);
+        assert_eq!(verdicts(&before, &before), [Verdict::Passed]);
+        let slower = report(1000, &[("search", 12_500, 20)]);
+        assert_eq!(verdicts(&slower, &before), [Verdict::Regressed]);
+        assert_eq!(verdicts(&before, &slower), [Verdict::Passed]);
+        let on_a_slow_machine = report(1250, &[("search", 12_500, 20)]);
+        assert_eq!(verdicts(&on_a_slow_machine, &before), [Verdict::Passed]);
+        let on_a_fast_machine = report(700, &[("search", 10_000, 20)]);
+        assert_eq!(verdicts(&on_a_fast_machine, &before), [Verdict::Regressed]);
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_not_judged() {
+        let before = report(1000, &[("table", 500, 20), ("search", 10_000, 3)]);
+        let now = report(1000, &[("table", 700, 20), ("search", 90_000, 3), ("suffix", 1, 20)]);
+        let expected = [Verdict::Passed, Verdict::TooFew, Verdict::Unmatched];
+        assert_eq!(verdicts(&now, &before), expected);
+        let expected = [Verdict::Passed, Verdict::TooFew, Verdict::Unmatched];
+        assert_eq!(verdicts(&before, &now), expected);
+    }
+}

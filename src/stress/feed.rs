@@ -1,0 +1,153 @@
+//! Kinds of feed: how the world changes from one scene to the next.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng as _;
+use serde::{Deserialize, Serialize};
+
+use super::world::{World, below};
+use crate::pddl::{Atom, Domain, Name, Problem, Step, Typed};
+use crate::scene::{Facts, Truth};
+
+/// How the world changes from one scene to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Feed {
+    /// The first step of the plan is done.
+    Progress,
+    /// Somebody else does a random step; every second scene, in between the plan is followed.
+    Deviation,
+    /// A fact is believed no more, or newly believed, for one scene.
+    Flip,
+    /// An object is gone for one scene.
+    Objects,
+    /// A random reachable state.
+    Random,
+}
+
+impl Feed {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Progress => "progress",
+            Self::Deviation => "deviation",
+            Self::Flip => "flip",
+            Self::Objects => "objects",
+            Self::Random => "random",
+        }
+    }
+}
+
+/// What one scene shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct View {
+    pub(super) objects: Vec<Typed>,
+    pub(super) facts: Facts,
+    /// Whether its plan counts; scenes that only lead from one to the next do not.
+    pub(super) counts: bool,
+}
+
+/// Makes one view after the other. The same seed and plans give the same views.
+#[derive(Debug)]
+pub(super) struct Feeder<'a> {
+    feed: Feed,
+    world: World<'a>,
+    walk_steps: u32,
+    dice: ChaCha8Rng,
+    /// Whether the next view is a disturbed one.
+    disturb: bool,
+}
+
+impl<'a> Feeder<'a> {
+    /// A feeder that starts at a random state.
+    pub(super) fn new(
+        feed: Feed,
+        (domain, problem): (&'a Domain, &Problem),
+        walk_steps: u32,
+        seed: u64,
+    ) -> Self {
+        let mut dice = ChaCha8Rng::seed_from_u64(seed);
+        let mut world = World::new(domain, problem);
+        world.wander(walk_steps, &mut dice);
+        Self { feed, world, walk_steps, dice, disturb: false }
+    }
+
+    /// What the world looks like now.
+    pub(super) fn now(&self) -> View {
+        let (objects, facts) = (self.world.objects().to_vec(), self.world.facts.clone());
+        View { objects, facts, counts: false }
+    }
+
+    /// The next view, where the newest plan begins with `next`.
+    pub(super) fn next(&mut self, next: Option<&Step>) -> View {
+        self.disturb = !self.disturb;
+        match self.feed {
+            Feed::Progress => {
+                self.follow(next);
+                View { counts: true, ..self.now() }
+            }
+            Feed::Random => {
+                self.world.wander(self.walk_steps, &mut self.dice);
+                View { counts: true, ..self.now() }
+            }
+            Feed::Deviation if self.disturb => {
+                self.world.take_any(&mut self.dice);
+                View { counts: true, ..self.now() }
+            }
+            Feed::Flip if self.disturb => {
+                let mut view = self.now();
+                flip(&mut view.facts, &view.objects, &mut self.dice);
+                View { counts: true, ..view }
+            }
+            Feed::Objects if self.disturb => self.without_one(),
+            Feed::Flip | Feed::Objects => {
+                self.follow(next);
+                // That it is there again is as much of a change.
+                View { counts: true, ..self.now() }
+            }
+            Feed::Deviation => {
+                self.follow(next);
+                self.now()
+            }
+        }
+    }
+
+    /// Follows the plan; at its end the world is set to another state.
+    fn follow(&mut self, next: Option<&Step>) {
+        if !next.is_some_and(|step| self.world.take(step)) {
+            self.world.wander(self.walk_steps, &mut self.dice);
+        }
+    }
+
+    fn without_one(&mut self) -> View {
+        let mut view = self.now();
+        let gone = view.objects.remove(below(&mut self.dice, view.objects.len())).name;
+        view.facts.known.retain(|atom| !atom.args.contains(&gone));
+        View { counts: true, ..view }
+    }
+}
+
+/// Changes what is known of one atom: a known one becomes unknown or false; of an unknown one it
+/// is believed that it holds for another object.
+fn flip(facts: &mut Facts, objects: &[Typed], dice: &mut ChaCha8Rng) {
+    let known: Vec<Atom> = facts.known.iter().cloned().collect();
+    if known.is_empty() {
+        return;
+    }
+    let atom = known[below(dice, known.len())].clone();
+    match below(dice, 3) {
+        0 => facts.set(atom, Truth::False),
+        1 => facts.set(atom, Truth::Unknown),
+        _ => {
+            let mut other = atom;
+            let types_of = |name: &Name| objects.iter().find(|o| o.name == *name).map(|o| &o.types);
+            if let Some(arg) = other.args.last().cloned() {
+                let alike = objects.iter().filter(|o| Some(&o.types) == types_of(&arg));
+                let alike: Vec<&Typed> = alike.collect();
+                if let (Some(last), false) = (other.args.last_mut(), alike.is_empty()) {
+                    *last = alike[below(dice, alike.len())].name.clone();
+                }
+            }
+            facts.set(other, Truth::True);
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! What was measured: plans by case, feed, rate and rung.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Feed;
+
+/// What belongs together in a report.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Key {
+    /// The case's name.
+    pub case: String,
+    /// The problem's size.
+    pub size: u32,
+    /// The problem file's name; nothing for a sweep.
+    pub problem: Option<String>,
+    /// How the world changes.
+    pub feed: Feed,
+    /// Scenes per second, or "max".
+    pub rate: String,
+    /// Which rung of the ladder answered; "cold" is the first plan of all, grounding and all.
+    pub rung: String,
+}
+
+impl std::fmt::Display for Key {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { case, size, problem, feed, rate, rung } = self;
+        let size = problem.clone().unwrap_or_else(|| size.to_string());
+        write!(f, "{case} {size}, {} at {rate}, {rung}", feed.name())
+    }
+}
+
+/// One plan that came back, nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Timing {
+    /// Processor time of the planner's thread: taking the scene in, and deciding.
+    pub(super) observe_cpu_ns: u64,
+    pub(super) decide_cpu_ns: u64,
+    /// Wall time of both.
+    pub(super) wall_ns: u64,
+    /// From sending the scene to having the plan.
+    pub(super) round_trip_ns: u64,
+}
+
+impl Timing {
+    pub(super) fn cpu_ns(&self) -> u64 {
+        self.observe_cpu_ns + self.decide_cpu_ns
+    }
+}
+
+/// Quantiles in nanoseconds, exact: every value is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Quantiles {
+    /// Median.
+    pub p50: u64,
+    /// 90th percentile.
+    pub p90: u64,
+    /// 99th percentile.
+    pub p99: u64,
+    /// 99.9th percentile.
+    pub p999: u64,
+    /// Largest.
+    pub max: u64,
+}
+
+impl Quantiles {
+    /// Of some values; zeros of none.
+    pub(super) fn of(values: impl IntoIterator<Item = u64>) -> Self {
+        let mut values: Vec<u64> = values.into_iter().collect();
+        values.sort_unstable();
+        let at = |share: f64| {
+            let rank = (share * values.len() as f64).ceil() as usize;
+            values.get(rank.saturating_sub(1)).copied().unwrap_or(0)
+        };
+        Self { p50: at(0.5), p90: at(0.9), p99: at(0.99), p999: at(0.999), max: at(1.0) }
+    }
+}
+
+/// Plan cost over the cost of a cheapest plan.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct CostRatio {
+    /// How many plans were compared.
+    pub count: u64,
+    /// Mean of the ratios.
+    pub mean: f64,
+    /// The worst one.
+    pub max: f64,
+}
+
+/// The plans of one key.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Samples {
+    /// By repeat.
+    pub(super) timings: Vec<Vec<Timing>>,
+    /// Plans that came later than the next scene.
+    pub(super) missed: u64,
+    /// Plan cost and cheapest cost.
+    pub(super) costs: Vec<(u64, u64)>,
+}
+
+/// All samples of a stress test.
+pub(super) type AllSamples = BTreeMap<Key, Samples>;
+
+/// What is reported of one key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// What it is.
+    #[serde(flatten)]
+    pub key: Key,
+    /// How many plans, over all repeats.
+    pub count: u64,
+    /// Processor time of the planner's thread for one plan.
+    pub cpu_ns: Quantiles,
+    /// Of that, taking the scene in.
+    pub observe_cpu_ns: Quantiles,
+    /// Of that, deciding.
+    pub decide_cpu_ns: Quantiles,
+    /// Wall time of the same work.
+    pub wall_ns: Quantiles,
+    /// Wall time from sending the scene to having the plan.
+    pub round_trip_ns: Quantiles,
+    /// Plans that came later than the next scene; at "max" there is no such thing.
+    pub missed: u64,
+    /// Against cheapest plans, where these are known.
+    pub cost_ratio: Option<CostRatio>,
+    /// The median processor time of each repeat.
+    pub cpu_p50_ns_by_repeat: Vec<u64>,
+}
+
+impl Samples {
+    pub(super) fn all(&self) -> impl Iterator<Item = &Timing> {
+        self.timings.iter().flatten()
+    }
+
+    pub(super) fn cell(&self, key: &Key) -> Cell {
+        let of = |value: fn(&Timing) -> u64| Quantiles::of(self.all().map(value));
+        let by_repeat = self.timings.iter().filter(|timings| !timings.is_empty());
+        let median = |timings: &Vec<Timing>| Quantiles::of(timings.iter().map(Timing::cpu_ns)).p50;
+        Cell {
+            key: key.clone(),
+            count: self.all().count() as u64,
+            cpu_ns: of(Timing::cpu_ns),
+            observe_cpu_ns: of(|t| t.observe_cpu_ns),
+            decide_cpu_ns: of(|t| t.decide_cpu_ns),
+            wall_ns: of(|t| t.wall_ns),
+            round_trip_ns: of(|t| t.round_trip_ns),
+            missed: self.missed,
+            cost_ratio: cost_ratio(&self.costs),
+            cpu_p50_ns_by_repeat: by_repeat.map(median).collect(),
+        }
+    }
+}
+
+fn cost_ratio(costs: &[(u64, u64)]) -> Option<CostRatio> {
+    let ratio = |&(cost, cheapest): &(u64, u64)| {
+        if cheapest == 0 { 1.0 } else { cost as f64 / cheapest as f64 }
+    };
+    let ratios: Vec<f64> = costs.iter().map(ratio).collect();
+    (!ratios.is_empty()).then(|| CostRatio {
+        count: ratios.len() as u64,
+        mean: ratios.iter().sum::<f64>() / ratios.len() as f64,
+        max: ratios.iter().copied().fold(0.0, f64::max),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_ranks() {
+        let quantiles = Quantiles::of(1..=1000);
+        let Quantiles { p50, p90, p99, p999, max } = quantiles;
+        assert_eq!([p50, p90, p99, p999, max], [500, 900, 990, 999, 1000]);
+        assert_eq!(Quantiles::of([7]).p50, 7);
+        assert_eq!(Quantiles::of([]), Quantiles::default());
+    }
+
+    #[test]
+    fn ratios_are_of_cost_to_the_cheapest() {
+        let ratio = cost_ratio(&[(3, 2), (4, 4), (0, 0)]).unwrap();
+        assert_eq!((ratio.count, ratio.max), (3, 1.5));
+        assert_eq!(cost_ratio(&[]), None);
+    }
+}

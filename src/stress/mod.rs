@@ -1,0 +1,30 @@
+//! The replanning stress test: scenes of a changing world go to the planner actor over its real
+//! topics, as fast as wanted, and what each plan took is kept apart by the rung that gave it.
+
+mod error;
+mod config;
+mod template;
+mod world;
+mod feed;
+mod case;
+mod measure;
+mod machine;
+mod session;
+mod reference;
+mod run;
+mod report;
+mod check;
+mod logs;
+mod plot;
+
+pub use case::{Instance, instances};
+pub use check::{Judgement, Verdict, check};
+pub use config::{CaseConfig, Rate, StressConfig, load_stress};
+pub use error::StressError;
+pub use feed::Feed;
+pub use logs::write_logs;
+pub use measure::{Cell, Quantiles};
+pub use plot::plot;
+pub use report::{Comparison, Machine, Report};
+pub use run::{Options, Progress, run_stress};
+pub use template::Template;

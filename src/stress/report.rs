@@ -1,0 +1,72 @@
+//! What a stress test reports, and a baseline for a later one.
+
+use serde::{Deserialize, Serialize};
+
+use super::measure::{Cell, Quantiles};
+
+/// A stress test's report. Thread-CPU figures of two reports compare after division by their
+/// calibrations; wall figures compare only on a machine that does nothing else.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Form of this file.
+    pub format: u32,
+    /// The stress file.
+    pub config: String,
+    /// The planner.
+    pub planner: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// How often everything was measured.
+    pub repeats: u32,
+    /// Where it was measured.
+    pub machine: Machine,
+    /// What was measured, in order.
+    pub cells: Vec<Cell>,
+    /// The same states through another planner, where that was asked for.
+    pub comparisons: Vec<Comparison>,
+}
+
+/// The only form of reports so far.
+pub(super) const FORMAT: u32 = 1;
+
+/// Where and under what load a report was made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    /// The processor's name.
+    pub processor: String,
+    /// How many of them.
+    pub processors: usize,
+    /// Load averages (1, 5, 15 minutes) before the first repeat and after each one.
+    pub load: Vec<[f64; 3]>,
+    /// Thread-CPU time of a fixed piece of work: the median over all repeats.
+    pub calibration_ns: u64,
+}
+
+/// The same states through another planner.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// The other planner.
+    pub planner: String,
+    /// The case's name.
+    pub case: String,
+    /// The problem's size.
+    pub size: u32,
+    /// The problem file's name; nothing for a sweep.
+    pub problem: Option<String>,
+    /// How many states.
+    pub states: u64,
+    /// States of which the other planner found a plan.
+    pub solved: u64,
+    /// Processor time of the planner actor's thread for these states.
+    pub cpu_ns: Quantiles,
+    /// Processor time of the other planner for them.
+    pub other_cpu_ns: Quantiles,
+    /// Wall time of the other planner.
+    pub other_wall_ns: Quantiles,
+    /// Median processor time of the other planner over that of the actor.
+    pub ratio: f64,
+    /// Sum of the plans' costs, over the states that both have solved.
+    pub cost: u64,
+    /// The same of the other planner.
+    pub other_cost: u64,
+}

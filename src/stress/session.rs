@@ -1,0 +1,249 @@
+//! One planner actor on a bus of its own, asked scene by scene.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::time::timeout;
+
+use super::error::StressError;
+use super::feed::View;
+use super::measure::Timing;
+use crate::actors::{ActorSpec, Chaos, Fatal, Keep, Supervision, planner, supervise};
+use crate::config::{DomainFolder, PlannerConfig, SupervisorConfig};
+use crate::messages::{Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact};
+use crate::pddl::{Problem, Step, Typed};
+use crate::scene::{SceneObject, Truth, Visibility};
+use crate::telemetry::monotonic_ns;
+use crate::transport::convert::{Vocabulary, goal_to_wire, plan_from_wire, scene_to_wire};
+use crate::transport::topics::{GOAL, PLAN, SCENE};
+use crate::transport::wire::{SceneRecord, StepRecord, TaskHeader};
+use crate::transport::{Bus, BusConfig, Inbox, Outbox, Received};
+
+/// One planner with its topics.
+pub(super) struct Session {
+    vocabulary: Arc<Vocabulary>,
+    scenes: Outbox<TaskHeader, SceneRecord>,
+    plans: Inbox<TaskHeader, StepRecord>,
+    /// Kept open: the goal is said once, and handed to whoever comes late.
+    _goals: Outbox<TaskHeader, u8>,
+    supervision: Supervision,
+    cycle: u64,
+    /// When each scene was sent whose plan has not come yet.
+    sent_ns: BTreeMap<u64, u64>,
+    answer_max: Duration,
+    name: String,
+}
+
+/// A plan that came back.
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
+    /// Number of its scene.
+    pub(super) cycle: u64,
+    /// Who gave it.
+    pub(super) rung: String,
+    pub(super) timing: Timing,
+    pub(super) verdict: PlanVerdict,
+}
+
+impl Answer {
+    /// The plan's first step.
+    pub(super) fn first_step(&self) -> Option<&Step> {
+        match &self.verdict {
+            PlanVerdict::Plan { steps, .. } => steps.first(),
+            PlanVerdict::Unsolvable { .. }
+            | PlanVerdict::OutOfBudget { .. }
+            | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Missing { .. } => None,
+        }
+    }
+
+    /// The plan's cost, where there is a plan.
+    pub(super) fn cost(&self) -> Option<u64> {
+        match &self.verdict {
+            PlanVerdict::Plan { cost, .. } => Some(*cost),
+            PlanVerdict::Unsolvable { .. }
+            | PlanVerdict::OutOfBudget { .. }
+            | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Missing { .. } => None,
+        }
+    }
+}
+
+/// What a session is started with.
+pub(super) struct Start<'a> {
+    pub(super) folder: &'a DomainFolder,
+    pub(super) problem: &'a Problem,
+    pub(super) planner: &'a PlannerConfig,
+    /// The file that the planner's options stand in.
+    pub(super) origin: &'a std::path::Path,
+    pub(super) bus: BusConfig,
+    pub(super) answer_max: Duration,
+    /// For messages.
+    pub(super) name: String,
+}
+
+impl Session {
+    /// Starts the planner actor and tells it the goal.
+    pub(super) async fn start(start: Start<'_>) -> Result<Self, StressError> {
+        let bus = tokio::task::block_in_place(|| Bus::open(&start.bus))?;
+        let run_id = monotonic_ns() ^ (u64::from(std::process::id()) << 48);
+        let domain = &start.folder.domain;
+        let vocabulary = Arc::new(Vocabulary::new(run_id, start.folder.hash, domain.clone()));
+        let memory = memory(&start)?;
+        let args = Arc::new(planner::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&vocabulary),
+            keep: Keep::new(memory),
+            chaos: Chaos::default(),
+        });
+        let serve = move || Box::pin(planner::serve(Arc::clone(&args))) as crate::actors::Serve;
+        let actor = ActorSpec { name: "planner", serve: Box::new(serve) };
+        // What fails here would fail again.
+        let restarts = SupervisorConfig { restarts_max: 0, backoff_ms_min: 1, backoff_ms_max: 1 };
+        let scenes = bus.outbox(&SCENE)?;
+        let plans = bus.inbox(&PLAN)?;
+        let goals = bus.outbox(&GOAL)?;
+        let supervision = supervise(vec![actor], restarts).await?;
+        let goal = GoalMessage::new(start.problem.goal.clone(), Vec::new(), &start.problem.objects);
+        let (header, text) = goal_to_wire(&goal, &vocabulary);
+        goals.publish(header, &text)?;
+        Ok(Self {
+            vocabulary,
+            scenes,
+            plans,
+            _goals: goals,
+            supervision,
+            cycle: 0,
+            sent_ns: BTreeMap::new(),
+            answer_max: start.answer_max,
+            name: start.name,
+        })
+    }
+
+    /// Sends a scene; returns its number.
+    pub(super) fn send(&mut self, view: &View) -> Result<u64, StressError> {
+        self.cycle += 1;
+        let scene = scene(view, self.cycle);
+        let (mut header, records) = scene_to_wire(&scene, &self.vocabulary)?;
+        let now_ns = monotonic_ns();
+        header.frame_send_ns = now_ns;
+        self.sent_ns.insert(self.cycle, now_ns);
+        self.scenes.publish(header, &records)?;
+        Ok(self.cycle)
+    }
+
+    /// The next plan that comes; `None` when none comes in that time.
+    pub(super) async fn answer(&mut self, within: Duration) -> Result<Option<Answer>, StressError> {
+        let vocabulary = Arc::clone(&self.vocabulary);
+        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &vocabulary);
+        let fatal = &mut self.supervision.fatal;
+        let message = tokio::select! {
+            plan = timeout(within, self.plans.newest_of(read)) => match plan {
+                Ok(plan) => plan?,
+                Err(_) => return Ok(None),
+            },
+            failed = fatal.wait_for(Option::is_some) => {
+                let fatal = failed.ok().and_then(|fatal| fatal.clone());
+                return Err(fatal.unwrap_or_else(gone).into());
+            }
+        };
+        Ok(Some(self.received(message)))
+    }
+
+    /// Sends a scene and waits for its plan.
+    pub(super) async fn ask(&mut self, view: &View) -> Result<Answer, StressError> {
+        let cycle = self.send(view)?;
+        let until_ns = monotonic_ns().saturating_add(nanoseconds(self.answer_max));
+        loop {
+            let left = Duration::from_nanos(until_ns.saturating_sub(monotonic_ns()));
+            match self.answer(left).await? {
+                Some(answer) if answer.cycle == cycle => return Ok(answer),
+                Some(_) => {}
+                None => {
+                    let seconds = self.answer_max.as_secs_f64();
+                    return Err(StressError::Silent { case: self.name.clone(), seconds });
+                }
+            }
+        }
+    }
+
+    /// Waits, so that what is made beside the loop is finished.
+    pub(super) async fn pause(&self, pause: Duration) {
+        tokio::time::sleep(pause).await;
+    }
+
+    fn received(&mut self, message: PlanMessage) -> Answer {
+        let now_ns = monotonic_ns();
+        let cycle = message.cause.cycle;
+        let sent_ns = self.sent_ns.remove(&cycle).unwrap_or(now_ns);
+        // What an older scene asked for is not answered any more.
+        self.sent_ns = self.sent_ns.split_off(&cycle);
+        let timing = Timing { round_trip_ns: now_ns.saturating_sub(sent_ns), ..timing(&message) };
+        Answer { cycle, rung: rung(&message), timing, verdict: message.verdict }
+    }
+
+    /// Stops the planner.
+    pub(super) async fn stop(self) {
+        self.supervision.stop().await;
+    }
+}
+
+pub(super) fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn gone() -> Fatal {
+    let reason = "it has stopped by itself".to_owned();
+    Fatal::Restarts { actor: "planner", failures: 1, reason }
+}
+
+fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
+    use crate::config::{ConfigError, choose};
+    use crate::planners::{PLANNERS, PlannerSettings, Replanner};
+    let config = start.planner;
+    let build = choose("planner.name", &config.name, PLANNERS)?;
+    let file = start.origin.display().to_string();
+    let folder = start.origin.parent().unwrap_or(std::path::Path::new(""));
+    let settings = PlannerSettings { config, file: &file, folder };
+    let made = build(&settings).map_err(ConfigError::from)?;
+    let domain = Arc::new(start.folder.domain.clone());
+    Ok(planner::Memory::new(Replanner::new(domain, made.into(), config.failure_penalty)))
+}
+
+fn timing(message: &PlanMessage) -> Timing {
+    let ns = u64::from(message.plan_us) * 1000;
+    Timing { observe_cpu_ns: 0, decide_cpu_ns: ns, wall_ns: ns, round_trip_ns: 0 }
+}
+
+fn rung(_: &PlanMessage) -> String {
+    "any".to_owned()
+}
+
+/// A scene that shows a view: everything is seen and settled.
+fn scene(view: &View, cycle: u64) -> Scene {
+    let fact = |(atom, truth): (&crate::pddl::Atom, Truth)| SceneFact {
+        atom: atom.clone(),
+        raw: truth,
+        confirmed: truth,
+        origin: Origin::Observed,
+        confidence: 1.0,
+    };
+    let object = |typed: &Typed| SceneObject {
+        name: typed.name.clone(),
+        type_name: typed.types.first().cloned().unwrap_or_else(|| "object".into()),
+        pixel_box: None,
+        volume: None,
+        score: 1.0,
+        visibility: Visibility::Visible,
+        seen_ns: 0,
+    };
+    let known = view.facts.known.iter().map(|atom| (atom, Truth::True));
+    let unknown = view.facts.unknown.iter().map(|atom| (atom, Truth::Unknown));
+    Scene {
+        cause: Cause { cycle, frame_sequence: cycle, ..Cause::default() },
+        objects: view.objects.iter().map(object).collect(),
+        facts: known.chain(unknown).map(fact).collect(),
+        ..Scene::default()
+    }
+}
