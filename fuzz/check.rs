@@ -15,7 +15,7 @@ use groundloop::planning::{
 use groundloop::scene::Facts;
 
 /// What stands between a domain and its problem.
-pub const SEPARATOR: &str = ";; problem";
+pub(crate) const SEPARATOR: &str = ";; problem";
 
 /// Most elementary steps of grounding: small, so that many inputs are tried.
 const GROUNDING_STEPS_MAX: u64 = 20_000;
@@ -27,7 +27,7 @@ const DERIVED_OBJECTS_MAX: usize = 6;
 const DERIVED_PARAMETERS_MAX: usize = 4;
 
 /// Reads, prints, grounds, plans and validates; panics when something that must hold does not.
-pub fn check(bytes: &[u8]) {
+pub(crate) fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let (domain, problem) = text.split_once(SEPARATOR).unwrap_or((&text, ""));
     let (domain, problem) =

@@ -89,7 +89,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     let proof =
-        if let Outcome::Unsolvable { proof } = &answer.outcome { Some(proof.kind()) } else { None };
+        if let Outcome::Unsolvable { proof } = &outcome { Some(proof.kind()) } else { None };
     if args.json {
         let steps: Vec<String> =
             found.iter().flat_map(|p| &p.steps).map(ToString::to_string).collect();

@@ -45,6 +45,8 @@ pub enum Proof {
         /// How many there are.
         n_states: usize,
     },
+    /// Another planner says so; groundloop has not checked it.
+    OtherPlanner,
 }
 
 impl Proof {
@@ -54,6 +56,7 @@ impl Proof {
             Self::GoalFalse => "goal-false",
             Self::RelaxedUnreachable => "relaxed-unreachable",
             Self::Exhausted { .. } => "exhausted",
+            Self::OtherPlanner => "other-planner",
         }
     }
 }
@@ -63,6 +66,9 @@ impl fmt::Display for Proof {
         match self {
             Self::GoalFalse => {
                 f.write_str("the goal cannot hold even if nothing ever stopped being possible")
+            }
+            Self::OtherPlanner => {
+                f.write_str("the other planner has looked at everything that can matter")
             }
             Self::RelaxedUnreachable => {
                 f.write_str("the goal cannot be reached even if whatever held once held forever")

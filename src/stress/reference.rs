@@ -38,7 +38,7 @@ impl<'a> Reference<'a> {
     /// The number of steps of a shortest plan, where one is found and proven.
     pub(super) fn cheapest(&self, facts: &Facts) -> Option<u64> {
         let answer = if let Some(task) = &self.task {
-            task.solve(&facts.known, &NO_PENALTIES, &self.budget)
+            task.solve(&facts.known, &NO_PENALTIES, &self.budget, &|| false)
         } else {
             let costs = BTreeMap::new();
             let request = PlanRequest {

@@ -11,7 +11,7 @@ use super::encode::Encoded;
 use super::process::{self, End, Ended, Limits};
 use super::{Options, Parts, named};
 use crate::pddl::Step;
-use crate::planning::Outcome;
+use crate::planning::{Outcome, Proof};
 
 /// A cheapest plan where the configured search is refused: LM-cut knows neither conditional
 /// effects nor axioms.
@@ -128,10 +128,7 @@ impl<'a> Call<'a> {
             End::Late | End::Exit(21 | 23) => out_of(timeout),
             End::Interrupted => out_of(("planner.deadline_ms", 0)),
             End::Exit(20 | 22 | 24) => out_of(memory),
-            End::Exit(10 | 11) => {
-                let proof = named("its search has looked at everything that can matter");
-                Outcome::Unsolvable { proof }
-            }
+            End::Exit(10 | 11) => Outcome::Unsolvable { proof: Proof::OtherPlanner },
             End::Exit(12) => out_of(("planner.options.satisficing_search (it is incomplete)", 0)),
             End::Exit(31 | 33 | UNSUPPORTED | 37) => Outcome::Unsupported { feature: named(said) },
             End::Exit(code) => Outcome::BadInput { reason: named(format!("exit {code}: {said}")) },

@@ -169,10 +169,12 @@ impl FastDownward {
             }
             Validation::Valid { cost } => {
                 let penalty = |step| request.penalties.get(step).map_or(0, |&p| u64::from(p));
+                let penalty = steps.iter().map(penalty).sum();
                 Outcome::Solved(Plan {
                     cost: cost as u64,
                     cost_scale: 1,
-                    penalty: steps.iter().map(penalty).sum(),
+                    penalty,
+                    lower_bound: if self.options.optimal { cost as u64 + penalty } else { 0 },
                     proven_optimal: self.options.optimal,
                     steps,
                 })

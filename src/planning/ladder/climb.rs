@@ -186,7 +186,8 @@ impl Ladder {
             return Ok(());
         }
         self.objects = objects.map(|(name, type_)| (name.clone(), type_.clone())).collect();
-        let typed = self.objects.iter().map(|(name, type_)| Typed::new(name.clone(), type_.clone()));
+        let typed =
+            self.objects.iter().map(|(name, type_)| Typed::new(name.clone(), type_.clone()));
         let typed: BTreeSet<Typed> = typed.collect();
         self.go_to(typed.into_iter().collect(), statics_of(&self.domain, facts.clone()));
         if let Some(ungrounded) = &self.ungrounded {

@@ -163,8 +163,7 @@ impl Suffixes {
     /// or effect is more than a conjunction.
     fn new(task: &Task, operators: &[u32]) -> Self {
         let n_steps = operators.len();
-        let mut suffixes =
-            Self { words: task.words, first: n_steps + 1, conditions: Vec::new() };
+        let mut suffixes = Self { words: task.words, first: n_steps + 1, conditions: Vec::new() };
         let goal = if task.axioms.is_empty() { task.goal_test.literals() } else { None };
         let Some(goal) = goal else { return suffixes };
         let mut condition = vec![(0, 0); task.words];

@@ -51,8 +51,14 @@ impl Ground {
         limits: &GroundingLimits,
     ) -> Result<Self, TaskError> {
         let costs = &BTreeMap::new();
-        let input =
-            TaskInput { domain, objects: &objects, init: statics, goal, costs, minimise_cost: false };
+        let input = TaskInput {
+            domain,
+            objects: &objects,
+            init: statics,
+            goal,
+            costs,
+            minimise_cost: false,
+        };
         let task = Task::new(&input, Coverage::AllStates, limits)?;
         let statics: Vec<Atom> = statics.iter().cloned().collect();
         let all: Vec<&Atom> = task.atoms.iter().chain(&statics).collect();

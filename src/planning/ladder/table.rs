@@ -124,7 +124,8 @@ impl Keys {
     fn new(costs: &[u64], states_max: usize) -> Option<Self> {
         let states = u64::try_from(states_max).ok()?.checked_add(1)?;
         let some_free = costs.contains(&0);
-        let keys = if some_free { Self { scale: states, step: 1 } } else { Self { scale: 1, step: 0 } };
+        let keys =
+            if some_free { Self { scale: states, step: 1 } } else { Self { scale: 1, step: 0 } };
         let dearest = costs.iter().max().copied().unwrap_or(0);
         let key = dearest.checked_mul(keys.scale)?.checked_add(keys.step)?;
         key.checked_mul(states).filter(|&longest| longest < DEAD).map(|_| keys)
@@ -246,7 +247,8 @@ impl Build<'_> {
         let (states, Edges { first, targets, operators }) = (&self.table.states, &self.edges);
         let per_state = size_of::<u64>() + size_of::<(u32, u32)>() + 3 * size_of::<u32>();
         let per_edge = size_of::<u32>() * if operators.is_empty() { 1 } else { 2 };
-        let edges = (first.capacity() + targets.capacity() + operators.capacity()) * size_of::<u32>();
+        let edges =
+            (first.capacity() + targets.capacity() + operators.capacity()) * size_of::<u32>();
         let bytes = states.bytes() + edges + states.len() * per_state + targets.len() * per_edge;
         if states.len() > states_max.min(NONE as usize - 1) {
             Some(("planner.table.states_max", states_max))
