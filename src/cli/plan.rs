@@ -6,7 +6,9 @@ use serde_json::json;
 
 use super::{Failure, exit, out};
 use crate::config::{ConfigError, PlannerConfig, choose, read_text};
-use crate::pddl::{Domain, Parsed, Problem, SourceText, parse_domain, parse_problem};
+use crate::pddl::{
+    Domain, Parsed, Place, Problem, SourceText, Warning, parse_domain, parse_problem,
+};
 use crate::planners::{FastDownward, PLANNERS, PlannerSettings};
 use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
 use crate::telemetry::monotonic_ns;
@@ -45,8 +47,10 @@ pub(super) struct Task {
 /// Reads and checks a domain (file or folder) and a problem.
 pub(super) fn read_task(domain: &Path, problem: &Path) -> Result<Task, Failure> {
     let file = if domain.is_dir() { domain.join("domain.pddl") } else { domain.to_owned() };
-    let domain = warned(parse_domain(&source(&file)?)?);
-    let problem = warned(parse_problem(&source(problem)?, &domain)?);
+    let text = source(&file)?;
+    let domain = warned(&text, parse_domain(&text)?);
+    let text = source(problem)?;
+    let problem = warned(&text, parse_problem(&text, &domain)?);
     Ok(Task { domain, problem })
 }
 
@@ -55,10 +59,10 @@ pub(super) fn source(path: &Path) -> Result<SourceText, Failure> {
     Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
 }
 
-/// Tells the parser's warnings.
-fn warned<T>(parsed: Parsed<T>) -> T {
-    for warning in &parsed.warnings {
-        tracing::info!("{}", warning.message);
+/// Says what is odd about a text.
+fn warned<T>(source: &SourceText, parsed: Parsed<T>) -> T {
+    for Warning { span, message } in &parsed.warnings {
+        out::note(&format!("{}: warning: {message}", Place::new(source, *span)));
     }
     parsed.value
 }
