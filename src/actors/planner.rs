@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Keep};
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene, Spent};
 use crate::pddl::Step;
-use crate::planners::Replanner;
-use crate::telemetry::monotonic_ns;
+use crate::planners::{Replanner, TableBuilder};
+use crate::telemetry::{monotonic_ns, thread_cpu_ns};
 use crate::transport::convert::{
     Vocabulary, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
 };
@@ -23,6 +24,8 @@ pub struct Args {
     pub bus: Bus,
     /// Both ends of the topics agree on this.
     pub vocabulary: Arc<Vocabulary>,
+    /// How long one call may search, on the clock on the wall; `None`: as long as its counts allow.
+    pub deadline: Option<Duration>,
     /// Memory that outlives the actor.
     pub keep: Keep<Memory>,
     /// Panics on purpose.
@@ -57,6 +60,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let mut outcomes: Inbox<TaskHeader, OutcomeRecord> = args.bus.inbox(&OUTCOME)?;
     let plans: Outbox<TaskHeader, StepRecord> = args.bus.outbox(&PLAN)?;
     let mut memory = args.keep.load();
+    let mut tables = TableBuilder::default();
     loop {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
         let scene = scenes.newest_of(read).await?;
@@ -80,9 +84,14 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }
-        let plan = tokio::task::block_in_place(|| memory.plan(&scene));
+        let plan =
+            tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
         let (header, records) = plan_to_wire(&plan, &args.vocabulary)?;
         plans.publish(header, &records)?;
+        memory.replanner.prepare(scene.cause.cycle);
+        if let Some(request) = memory.replanner.pending() {
+            tables.start(request);
+        }
         memory.last_cycle = Some(scene.cause.cycle);
         args.keep.store(memory.clone());
     }
@@ -107,13 +116,45 @@ impl Memory {
         Ok(())
     }
 
-    fn plan(&mut self, scene: &Scene) -> PlanMessage {
-        let started_ns = monotonic_ns();
-        let verdict = match &self.goal {
-            Some(goal) => self.replanner.replan(scene, goal, &self.failures),
-            None => PlanVerdict::Missing { objects: Vec::new() },
+    fn plan(
+        &mut self,
+        scene: &Scene,
+        deadline: Option<Duration>,
+        tables: &mut TableBuilder,
+    ) -> PlanMessage {
+        let Some(goal) = &self.goal else {
+            let verdict = PlanVerdict::Missing { objects: Vec::new() };
+            return PlanMessage::new(scene.cause, verdict);
         };
-        let plan_us = u32::try_from((monotonic_ns() - started_ns) / 1000).unwrap_or(u32::MAX);
-        PlanMessage { cause: scene.cause, verdict, plan_us }
+        if let Some(wait) = self.replanner.is_table_due(scene.cause.cycle)
+            && let Some(request) = self.replanner.pending()
+            && let Some(end) = tables.result(request, wait)
+        {
+            self.replanner.adopt(end);
+        }
+        let start = Spent { cpu_ns: thread_cpu_ns(), wall_ns: monotonic_ns() };
+        self.replanner.observe(scene, goal);
+        let observe = since(start);
+        let until_ns = deadline.map(|deadline| {
+            start.wall_ns.saturating_add(u64::try_from(deadline.as_nanos()).unwrap_or(u64::MAX))
+        });
+        let interrupt = || until_ns.is_some_and(|until_ns| monotonic_ns() > until_ns);
+        let decided = self.replanner.decide(scene, goal, &self.failures, &interrupt);
+        let decide = since(start);
+        let decide = Spent {
+            cpu_ns: decide.cpu_ns - observe.cpu_ns,
+            wall_ns: decide.wall_ns - observe.wall_ns,
+        };
+        let verdict = self.replanner.verdict(decided.end);
+        let plan_us = u32::try_from(since(start).wall_ns / 1000).unwrap_or(u32::MAX);
+        let (rung, expansions) = (decided.rung, decided.expansions);
+        PlanMessage { cause: scene.cause, verdict, rung, expansions, plan_us, observe, decide }
+    }
+}
+
+fn since(start: Spent) -> Spent {
+    Spent {
+        cpu_ns: thread_cpu_ns().saturating_sub(start.cpu_ns),
+        wall_ns: monotonic_ns().saturating_sub(start.wall_ns),
     }
 }

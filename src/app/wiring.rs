@@ -19,7 +19,7 @@ use crate::executive::{ExecutiveConfig, Stop};
 use crate::goals::{self, GoalSettings, GoalSource};
 use crate::grounding::Exemplar;
 use crate::messages::GoalMessage;
-use crate::planners::{PLANNERS, PlannerSettings, Replanner};
+use crate::planners::{Adoption, PLANNERS, PlannerSettings, Replanner};
 use crate::scene::Facts;
 use crate::scene_parser::ParserConfig;
 use crate::skills::SkillBook;
@@ -111,7 +111,12 @@ impl Prepared {
         let file = self.config.origin.display().to_string();
         let folder = self.config.origin.parent().unwrap_or(Path::new(""));
         let planner = build(&PlannerSettings { config, file: &file, folder })?;
-        Ok(Replanner::new(domain, planner.into(), config.failure_penalty))
+        let labelled = self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()));
+        let replanner = Replanner::new(domain, planner.into(), config, labelled.collect());
+        Ok(match self.config.clock {
+            ClockKind::Lockstep => replanner,
+            ClockKind::Realtime => replanner.adopting(Adoption::WhenReady),
+        })
     }
 
     /// The actors that every run has.
@@ -179,6 +184,12 @@ impl Prepared {
         let args = Arc::new(planner::Args {
             bus: bus.clone(),
             vocabulary: Arc::clone(&shared.vocabulary),
+            deadline: match self.config.clock {
+                ClockKind::Lockstep => None,
+                ClockKind::Realtime => {
+                    Some(Duration::from_millis(self.config.planner.deadline_ms))
+                }
+            },
             keep: Keep::new(planner::Memory::new(self.planner()?)),
             chaos: shared.chaos.clone(),
         });

@@ -89,7 +89,8 @@ impl Tally {
             PlanVerdict::Unsolvable { .. }
             | PlanVerdict::OutOfBudget { .. }
             | PlanVerdict::Unsupported { .. }
-            | PlanVerdict::Missing { .. } => word(&format!("{:?}", plan.verdict)),
+            | PlanVerdict::Missing { .. }
+            | PlanVerdict::Inconsistent { .. } => word(&format!("{:?}", plan.verdict)),
         }
         let command = &decision.command;
         word(&format!("{} {}", command.id, command.label));

@@ -15,6 +15,7 @@ impl Executive {
         self.judge(cycle);
         self.let_go(cycle);
         self.explain(cycle);
+        self.count_late_plans(cycle);
         if let Some(verdict) = self.spent(cycle) {
             return Answer::End(verdict);
         }
@@ -35,6 +36,11 @@ impl Executive {
         let plan = cycle.input.plan.verdict.clone();
         match plan {
             PlanVerdict::Plan { steps, cost } => self.follow(cycle, &steps, cost),
+            PlanVerdict::OutOfBudget { limit } => self.do_without_plan(cycle, &limit),
+            PlanVerdict::Inconsistent { .. } if matches!(self.phase, Phase::Running(_)) => {
+                // The step was right when it was started; the facts may be right again at its end.
+                Answer::Command(CommandKind::Continue)
+            }
             other if matches!(self.phase, Phase::Running(_)) => {
                 let reason = format!("there is no plan any more ({other:?})");
                 if cycle.is_settled() {
@@ -55,8 +61,11 @@ impl Executive {
                 }
                 Answer::End(Verdict::Unsolvable { proof })
             }
-            PlanVerdict::OutOfBudget { limit } => {
-                Answer::End(Verdict::GaveUp { limit: Limit::Planner, detail: limit })
+            PlanVerdict::Inconsistent { atoms } => {
+                let atoms: Vec<String> = atoms.iter().map(ToString::to_string).collect();
+                let reason = format!("these facts exclude each other: {}", atoms.join(", "));
+                let reason = doubted(reason, &cycle.input.scene.doubts, &[]);
+                self.look_around(cycle, &reason)
             }
             PlanVerdict::Unsupported { feature } => Answer::End(Verdict::GaveUp {
                 limit: Limit::Planner,

@@ -14,6 +14,8 @@ pub struct Limits {
     pub looks_max: u32,
     /// Most frames that a goal object may stay unseen.
     pub unseen_frames_max: u32,
+    /// Most plans in a row that come too late: the planner used up a budget or its deadline.
+    pub late_plans_max: u32,
     /// Most failed skills of an episode.
     pub failures_max: u32,
     /// Most returns to the same state before the loop counts as going in circles.

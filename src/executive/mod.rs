@@ -9,6 +9,7 @@ mod note;
 mod dispatch;
 mod running;
 mod looking;
+mod late;
 mod decide;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ pub use limits::Limits;
 pub use note::{Note, ReplanCause};
 pub use verdict::{Limit, Stop, Verdict};
 
+use late::Late;
 use looking::Looking;
 use running::{Running, Settling};
 
@@ -120,6 +122,7 @@ pub struct Executive {
     /// Doubts that another look did not remove.
     put_up_with: BTreeSet<Doubt>,
     unseen_frames: u32,
+    late: Late,
     /// The picture that the last cycle rested on.
     last_frame: Option<u64>,
     visits: BTreeMap<String, u32>,

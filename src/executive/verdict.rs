@@ -13,13 +13,15 @@ pub enum Limit {
     Looks,
     /// `limits.unseen_frames_max`.
     UnseenFrames,
+    /// `limits.late_plans_max`.
+    LatePlans,
     /// `limits.failures_max`.
     Failures,
     /// `limits.revisits_max`.
     Revisits,
     /// `limits.skill_timeout_s`, twice: the robot did not even break off.
     SkillTimeout,
-    /// A bound of the planner.
+    /// The planner does not understand the domain or the goal.
     Planner,
     /// `supervisor.restarts_max`.
     Restarts,
@@ -33,6 +35,7 @@ impl Limit {
             Self::Seconds => "limits.seconds_max",
             Self::Looks => "limits.looks_max",
             Self::UnseenFrames => "limits.unseen_frames_max",
+            Self::LatePlans => "limits.late_plans_max",
             Self::Failures => "limits.failures_max",
             Self::Revisits => "limits.revisits_max",
             Self::SkillTimeout => "limits.skill_timeout_s",

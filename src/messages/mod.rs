@@ -7,6 +7,6 @@ pub use device::{
     Command, CommandKind, Expect, Frame, Motion, RobotState, Status, StatusKind, Waypoint,
 };
 pub use task::{
-    Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
+    Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, Spent, StepOutcome,
     named_objects,
 };

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::grounding::Doubt;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
+use crate::planning::Rung;
 use crate::scene::{Facts, SceneObject, Truth};
 
 /// What a message rests on.
@@ -174,6 +175,11 @@ pub enum PlanVerdict {
         /// Their names.
         objects: Vec<Name>,
     },
+    /// Facts are believed that cannot hold together: nothing is planned on them.
+    Inconsistent {
+        /// These, in order.
+        atoms: Vec<Atom>,
+    },
 }
 
 /// A plan for one scene.
@@ -183,8 +189,33 @@ pub struct PlanMessage {
     pub cause: Cause,
     /// The answer.
     pub verdict: PlanVerdict,
+    /// Which rung of the ladder gave it; none when the question could not be put.
+    pub rung: Option<Rung>,
+    /// States expanded for it.
+    pub expansions: u64,
     /// Time spent, microseconds (latency only).
     pub plan_us: u32,
+    /// Time spent on taking in the facts (latency only).
+    pub observe: Spent,
+    /// Time spent on the answer, before it is put into names (latency only).
+    pub decide: Spent,
+}
+
+impl PlanMessage {
+    /// A verdict without figures.
+    pub fn new(cause: Cause, verdict: PlanVerdict) -> Self {
+        let (observe, decide) = (Spent::default(), Spent::default());
+        Self { cause, verdict, rung: None, expansions: 0, plan_us: 0, observe, decide }
+    }
+}
+
+/// Time spent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Processor time of the thread, nanoseconds.
+    pub cpu_ns: u64,
+    /// Time on the clock on the wall, nanoseconds.
+    pub wall_ns: u64,
 }
 
 /// How a dispatched step ended, in the executor's judgement.

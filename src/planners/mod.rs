@@ -1,5 +1,6 @@
 //! Planners: state and goal to plan. Each is one file with one line in [`PLANNERS`].
 
+mod background;
 mod embedded;
 mod fast_downward;
 mod replanner;
@@ -16,8 +17,9 @@ use crate::config::PlannerConfig;
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
 use crate::planning::{Answer, Task};
 
+pub use background::TableBuilder;
 pub use fast_downward::{BackendAnswer, FastDownward};
-pub use replanner::Replanner;
+pub use replanner::{Adoption, Decided, Replan, Replanner, TableRequest};
 
 /// What a planner is asked.
 #[derive(Clone, Copy)]

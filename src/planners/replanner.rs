@@ -1,157 +1,294 @@
-//! Replanning every cycle: the old plan where it still works, a new one where it does not.
+//! Replanning every cycle: owns the ladder, asks the planner where no rung knows the answer.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{PlanQuery, Planner};
+use super::{Grounded, PlanQuery, Planner};
+use crate::config::PlannerConfig;
 use crate::messages::{GoalMessage, PlanVerdict, Scene};
-use crate::pddl::{Atom, Bindings, Domain, Name, Step, Typed, Universe, bind, effects, evaluate};
-use crate::planning::Outcome;
-use crate::scene::{Facts, Truth};
+use crate::pddl::{Domain, Name, Step};
+use crate::planning::{
+    Answer, Climbed, GroundingLimits, Ladder, LadderEnd, LadderSettings, Outcome, Reply, Rest,
+    Rung, TableEnd, TableJob, TableLimits,
+};
+use crate::scene::Facts;
 
-/// Remembers the last plan. A clone is a checkpoint.
+/// When a table that was made beside the loop is taken over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Adoption {
+    /// So many cycles after it was asked for, whenever it is ready: decisions do not depend on how
+    /// fast the machine is.
+    AfterCycles(u64),
+    /// As soon as it is ready.
+    WhenReady,
+}
+
+/// Remembers what has been planned. A clone is a checkpoint.
 #[derive(Debug, Clone)]
 pub struct Replanner {
     domain: Arc<Domain>,
     planner: Arc<dyn Planner>,
-    failure_penalty: u32,
-    last: Option<Answer>,
-    /// The plan that is followed, as it was made.
-    plan: Vec<Step>,
+    settings: Arc<LadderSettings>,
+    adoption: Adoption,
+    /// Made when the goal is known.
+    ladder: Option<Ladder>,
+    /// Objects that the goal names and nobody has seen.
+    missing: Vec<Name>,
+    /// The last plan by names, with what it was made from.
+    named: Option<(Arc<[u32]>, Arc<[Step]>)>,
+    requests: u64,
+    pending: Option<TableRequest>,
 }
 
-/// The last question with its answer: most frames change nothing.
+/// A table that was asked for and has not been taken over yet.
 #[derive(Debug, Clone)]
-struct Answer {
-    facts: Facts,
-    objects: Vec<Typed>,
-    failures: BTreeMap<Step, u32>,
-    verdict: PlanVerdict,
+pub struct TableRequest {
+    /// Number of the request.
+    pub number: u64,
+    /// The cycle in which it was made.
+    pub cycle: u64,
+    /// What is to be done.
+    pub job: Arc<TableJob>,
+}
+
+/// What a decision comes to, before it is put into names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decided {
+    /// The answer; none while objects are missing.
+    pub end: Option<LadderEnd>,
+    /// Which rung gave it; none when the question could not be put.
+    pub rung: Option<Rung>,
+    /// States expanded for it.
+    pub expansions: u64,
+}
+
+/// The answer to one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replan {
+    /// The answer.
+    pub verdict: PlanVerdict,
+    /// Which rung gave it; none when the question could not be put.
+    pub rung: Option<Rung>,
+    /// States expanded for it.
+    pub expansions: u64,
 }
 
 impl Replanner {
-    /// A replanner without a plan. Every failure adds `failure_penalty` to a step's cost.
-    pub fn new(domain: Arc<Domain>, planner: Arc<dyn Planner>, failure_penalty: u32) -> Self {
-        Self { domain, planner, failure_penalty, last: None, plan: Vec::new() }
+    /// A replanner without a plan.
+    ///
+    /// `known_right` are states in which exclusions that the actions suggest must hold to count.
+    pub fn new(
+        domain: Arc<Domain>,
+        planner: Arc<dyn Planner>,
+        config: &PlannerConfig,
+        known_right: Vec<Facts>,
+    ) -> Self {
+        let size = |value: u64| usize::try_from(value).unwrap_or(usize::MAX);
+        let settings = LadderSettings {
+            reuse: config.reuse,
+            rungs: config.rungs.iter().copied().collect(),
+            failure_penalty: config.failure_penalty,
+            table: TableLimits {
+                states_max: size(config.table.states_max),
+                bytes_max: size(config.table.bytes_max),
+            },
+            grounding: GroundingLimits::standard(),
+            known_right: known_right.into_iter().map(|facts| facts.known).collect(),
+        };
+        Self {
+            domain,
+            planner,
+            settings: Arc::new(settings),
+            adoption: Adoption::AfterCycles(config.table.adopt_after_cycles),
+            ladder: None,
+            missing: Vec::new(),
+            named: None,
+            requests: 0,
+            pending: None,
+        }
     }
 
-    /// The plan from what is believed to the goal.
-    ///
-    /// The plan that is followed is kept as long as a rest of it leads to the goal and its next
-    /// step has not failed more often than when it was chosen.
+    /// The same, but with tables taken over otherwise.
+    pub fn adopting(self, adoption: Adoption) -> Self {
+        Self { adoption, ..self }
+    }
+
+    /// The ladder, once a goal is known.
+    pub fn ladder(&self) -> Option<&Ladder> {
+        self.ladder.as_ref()
+    }
+
+    /// Observes and decides in one go, without any deadline.
     pub fn replan(
         &mut self,
         scene: &Scene,
         goal: &GoalMessage,
         failures: &BTreeMap<Step, u32>,
-    ) -> PlanVerdict {
-        let facts = scene.confirmed();
-        let objects = scene.typed_objects();
-        if let Some(last) = &self.last
-            && last.facts == facts
-            && last.objects == objects
-            && last.failures == *failures
-        {
-            return last.verdict.clone();
-        }
-        let same_failures = self.last.as_ref().is_none_or(|last| last.failures == *failures);
-        let verdict = self.answer(&facts, &objects, goal, (failures, same_failures));
-        self.last =
-            Some(Answer { facts, objects, failures: failures.clone(), verdict: verdict.clone() });
-        verdict
+    ) -> Replan {
+        self.observe(scene, goal);
+        let Decided { end, rung, expansions } = self.decide(scene, goal, failures, &|| false);
+        Replan { verdict: self.verdict(end), rung, expansions }
     }
 
-    fn answer(
-        &mut self,
-        facts: &Facts,
-        objects: &[Typed],
-        goal: &GoalMessage,
-        (failures, same_failures): (&BTreeMap<Step, u32>, bool),
-    ) -> PlanVerdict {
-        let missing: Vec<Name> = goal
-            .named
-            .iter()
-            .filter(|named| objects.iter().all(|object| object.name != named.name))
-            .map(|named| named.name.clone())
-            .collect();
-        if !missing.is_empty() {
-            return PlanVerdict::Missing { objects: missing };
+    /// Takes in what is believed.
+    pub fn observe(&mut self, scene: &Scene, goal: &GoalMessage) {
+        let seen = |name: &Name| scene.objects.iter().any(|object| object.name == *name);
+        self.missing.clear();
+        let unseen = goal.named.iter().filter(|named| !seen(&named.name));
+        self.missing.extend(unseen.map(|named| named.name.clone()));
+        if !self.missing.is_empty() {
+            return;
         }
-        let universe = Universe { types: &self.domain.types, objects };
-        let truth = |atom: &Atom| facts.truth(atom);
-        if evaluate(&goal.goal, &Bindings::new(), &universe, &truth) == Truth::True {
-            self.plan.clear();
-            return PlanVerdict::Plan { steps: Vec::new(), cost: 0 };
-        }
-        if same_failures && let Some(rest) = self.valid_rest(facts, &universe, goal) {
-            let cost = rest.len() as u64;
-            return PlanVerdict::Plan { steps: rest, cost };
-        }
-        let penalties = failures.iter().filter(|(_, n)| **n > 0);
-        let penalties =
-            penalties.map(|(step, n)| (step.clone(), n.saturating_mul(self.failure_penalty)));
-        let penalties: BTreeMap<Step, u32> = penalties.collect();
-        let query = PlanQuery {
-            domain: &self.domain,
-            objects,
-            init: &facts.known,
-            goal: &goal.goal,
-            penalties: &penalties,
-            grounded: None,
-            interrupt: &|| false,
+        let ladder = match &mut self.ladder {
+            Some(ladder) if *ladder.goal() == goal.goal => ladder,
+            other => {
+                (self.pending, self.named) = (None, None);
+                let (domain, settings) = (Arc::clone(&self.domain), Arc::clone(&self.settings));
+                other.insert(Ladder::new(domain, goal.goal.clone(), settings))
+            }
         };
-        self.verdict(self.planner.plan(&query).outcome, !facts.unknown.is_empty())
-    }
-
-    fn verdict(&mut self, outcome: Outcome, unknowns: bool) -> PlanVerdict {
-        match outcome {
-            Outcome::Solved(plan) => {
-                self.plan.clone_from(&plan.steps);
-                PlanVerdict::Plan { steps: plan.steps, cost: plan.cost }
-            }
-            Outcome::Unsolvable { proof } => {
-                PlanVerdict::Unsolvable { proof: proof.to_string(), unknowns }
-            }
-            Outcome::OutOfBudget { limit, value } => {
-                PlanVerdict::OutOfBudget { limit: format!("{limit} = {value}") }
-            }
-            Outcome::Unsupported { feature } => PlanVerdict::Unsupported { feature },
-            Outcome::BadInput { reason } => PlanVerdict::Unsupported { feature: reason },
+        let objects = scene.objects.iter().map(|object| (&object.name, &object.type_name));
+        let facts = scene.facts.iter().map(|fact| (&fact.atom, fact.confirmed));
+        if let Err(error) = ladder.observe(objects, facts) {
+            tracing::debug!(%error, "no task for every state");
         }
     }
 
-    /// The shortest rest of the followed plan that leads from `facts` to the goal.
-    fn valid_rest(
-        &self,
-        facts: &Facts,
-        universe: &Universe<'_>,
+    /// The plan from what was observed to the goal. `scene` is the observed one.
+    ///
+    /// The planner is asked `interrupt` from time to time; what it has then is the answer.
+    pub fn decide(
+        &mut self,
+        scene: &Scene,
         goal: &GoalMessage,
-    ) -> Option<Vec<Step>> {
-        let rests = (0..self.plan.len()).rev().map(|start| &self.plan[start..]);
-        let mut valid = rests.filter(|rest| self.leads_to_goal(rest, facts, universe, goal));
-        valid.next().map(<[Step]>::to_vec)
+        failures: &BTreeMap<Step, u32>,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Decided {
+        let Some(ladder) = self.ladder.as_mut().filter(|_| self.missing.is_empty()) else {
+            return Decided { end: None, rung: None, expansions: 0 };
+        };
+        let reply = match ladder.climb(failures) {
+            Climbed::Reply(reply) => reply,
+            Climbed::Search => {
+                let question = (&*self.domain, scene, goal, failures);
+                let penalty = self.settings.failure_penalty;
+                let answer = search(&*self.planner, ladder, question, penalty, interrupt);
+                ladder.take(answer, failures)
+            }
+        };
+        let Reply { rung, end, expansions } = reply;
+        Decided { end: Some(end), rung: Some(rung), expansions }
     }
 
-    fn leads_to_goal(
-        &self,
-        steps: &[Step],
-        facts: &Facts,
-        universe: &Universe<'_>,
-        goal: &GoalMessage,
-    ) -> bool {
-        let mut state: BTreeSet<Atom> = facts.known.clone();
-        for step in steps {
-            let Some(action) = self.domain.action(step.action.as_str()) else { return false };
-            let Some(bindings) = bind(action, &step.args) else { return false };
-            let truth = |atom: &Atom| Truth::from(state.contains(atom));
-            if !evaluate(&action.precondition, &bindings, universe, &truth).is_true() {
-                return false;
+    /// A decision by names.
+    pub fn verdict(&mut self, end: Option<LadderEnd>) -> PlanVerdict {
+        let Some(end) = end else {
+            return PlanVerdict::Missing { objects: self.missing.clone() };
+        };
+        match end {
+            LadderEnd::Plan(rest) => {
+                PlanVerdict::Plan { cost: rest.cost, steps: self.steps(&rest).to_vec() }
             }
-            let changes = effects(action, &bindings, universe, &truth);
-            state.retain(|atom| !changes.delete.contains(atom));
-            state.extend(changes.add);
+            LadderEnd::Inconsistent(atoms) => PlanVerdict::Inconsistent { atoms },
+            LadderEnd::NoPlan(outcome) => match outcome {
+                Outcome::Solved(plan) => PlanVerdict::Plan { cost: plan.cost, steps: plan.steps },
+                Outcome::Unsolvable { proof } => {
+                    let unknowns = self.ladder.as_ref().is_some_and(Ladder::has_unknowns);
+                    PlanVerdict::Unsolvable { proof: proof.to_string(), unknowns }
+                }
+                Outcome::OutOfBudget { limit, value } => {
+                    PlanVerdict::OutOfBudget { limit: format!("{limit} = {value}") }
+                }
+                Outcome::Unsupported { feature } => PlanVerdict::Unsupported { feature },
+                Outcome::BadInput { reason } => PlanVerdict::Unsupported { feature: reason },
+            },
         }
-        let truth = |atom: &Atom| Truth::from(state.contains(atom));
-        evaluate(&goal.goal, &Bindings::new(), universe, &truth).is_true()
     }
+
+    /// The steps of a rest; a plan is put into names once.
+    fn steps(&mut self, rest: &Rest) -> &[Step] {
+        let known = self.named.as_ref().is_some_and(|(of, _)| Arc::ptr_eq(of, &rest.operators));
+        if !known {
+            let whole = Rest { at: 0, ..rest.clone() };
+            let steps = self.ladder.as_ref().map(|ladder| ladder.steps(&whole));
+            self.named = Some((Arc::clone(&rest.operators), steps.unwrap_or_default().into()));
+        }
+        let steps = self.named.as_ref().map(|(_, steps)| &steps[rest.at..]);
+        steps.unwrap_or_default()
+    }
+
+    /// Does what can be done before the next scene comes: makes the next climb fast, and asks for
+    /// a table where none helps.
+    pub fn prepare(&mut self, cycle: u64) {
+        let Some(ladder) = self.ladder.as_mut().filter(|_| self.missing.is_empty()) else { return };
+        ladder.prepare();
+        if self.pending.is_none()
+            && let Some(job) = ladder.wanted_table()
+        {
+            self.requests += 1;
+            let number = self.requests;
+            self.pending = Some(TableRequest { number, cycle, job: Arc::new(job) });
+        }
+    }
+
+    /// The table that was asked for and has not been taken over yet.
+    pub fn pending(&self) -> Option<&TableRequest> {
+        self.pending.as_ref()
+    }
+
+    /// Whether the pending table is to be taken over in this cycle: `Some(true)` when it must be
+    /// waited for, `Some(false)` when only if it is ready.
+    pub fn is_table_due(&self, cycle: u64) -> Option<bool> {
+        let pending = self.pending.as_ref()?;
+        match self.adoption {
+            Adoption::WhenReady => Some(false),
+            Adoption::AfterCycles(n) => {
+                (cycle >= pending.cycle.saturating_add(n)).then_some(true)
+            }
+        }
+    }
+
+    /// Takes over the pending table.
+    pub fn adopt(&mut self, end: TableEnd) {
+        let Some(TableRequest { job, .. }) = self.pending.take() else { return };
+        match &end {
+            TableEnd::Built(table) => {
+                let (states, bytes) = (table.n_states(), table.bytes());
+                tracing::debug!(states, bytes, "distance table");
+            }
+            TableEnd::TooLarge(limit, value) => {
+                tracing::info!("no distance table: {limit} = {value} is used up");
+            }
+            TableEnd::CostsTooLarge => tracing::info!("no distance table: costs are too large"),
+            TableEnd::Interrupted => {}
+        }
+        if let Some(ladder) = &mut self.ladder {
+            ladder.adopt(&job, end);
+        }
+    }
+}
+
+/// Asks the planner.
+fn search(
+    planner: &dyn Planner,
+    ladder: &Ladder,
+    (domain, scene, goal, failures): (&Domain, &Scene, &GoalMessage, &BTreeMap<Step, u32>),
+    failure_penalty: u32,
+    interrupt: &dyn Fn() -> bool,
+) -> Answer {
+    let failed = failures.iter().filter(|(_, n)| **n > 0);
+    let penalties: BTreeMap<Step, u32> =
+        failed.map(|(step, n)| (step.clone(), n.saturating_mul(failure_penalty))).collect();
+    let query = PlanQuery {
+        domain,
+        objects: &scene.typed_objects(),
+        init: &scene.confirmed().known,
+        goal: &goal.goal,
+        penalties: &penalties,
+        grounded: ladder
+            .grounded()
+            .map(|(ground, state)| Grounded { task: &ground.task, state }),
+        interrupt,
+    };
+    planner.plan(&query)
 }

@@ -8,7 +8,7 @@ use super::*;
 use crate::config::DomainFolder;
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
-use crate::planning::{Budget, Outcome, Plan, Statistics};
+use crate::planning::{Budget, Outcome, Rung, Plan, Statistics};
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;
@@ -41,7 +41,8 @@ fn config() -> PlannerConfig {
         optimal_expansions_max: 10_000,
         ..Budget::standard()
     };
-    PlannerConfig { failure_penalty: PENALTY, ..PlannerConfig::single("embedded", &budget) }
+    let rungs = vec![Rung::Trajectory, Rung::Suffix, Rung::Table, Rung::Search, Rung::Improve];
+    PlannerConfig { failure_penalty: PENALTY, rungs, ..PlannerConfig::single("embedded", &budget) }
 }
 
 fn blocks_and_arm() -> Vec<Typed> {
@@ -110,13 +111,15 @@ impl Desk {
         let inner = build(&settings).unwrap();
         let planner = Arc::new(Counting { inner, n_calls: AtomicU32::new(0) });
         let replanner =
-            Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config.failure_penalty);
+            Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config, Vec::new());
         let goal = GoalMessage::new(goal, Vec::new(), &objects);
         Self { domain, planner, replanner, goal, failures: BTreeMap::new() }
     }
 
     fn ask(&mut self, scene: &Scene) -> PlanVerdict {
-        self.replanner.replan(scene, &self.goal, &self.failures)
+        let replan = self.replanner.replan(scene, &self.goal, &self.failures);
+        self.replanner.prepare(scene.cause.cycle);
+        replan.verdict
     }
 
     #[track_caller]
@@ -207,7 +210,7 @@ fn the_shortest_rest_that_leads_to_the_goal_is_followed() {
     let mut desk = Desk::new("(on b c)");
     let detour = ["pick_up a arm", "put_down a arm", "pick_up b arm", "stack b c arm"].map(step);
     let planner = Arc::new(Scripted(detour.to_vec()));
-    desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, PENALTY);
+    desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, &config(), Vec::new());
     let table = scene(&[]);
     assert_eq!(desk.plan(&table), detour);
     let back = desk.after(&table, &detour[..1]);

@@ -6,7 +6,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of every layout in this file; a reader rejects other versions.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// Longest name in bytes (objects, predicates, actions).
 pub const NAME_BYTES_MAX: usize = 48;
@@ -114,7 +114,7 @@ header!(DeviceHeader, sequence);
 
 /// Header of messages that rest on a frame: goal, scene, plan, outcome.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
-#[type_name("groundloop.TaskHeader.v1")]
+#[type_name("groundloop.TaskHeader.v2")]
 #[repr(C)]
 pub struct TaskHeader {
     /// [`SCHEMA`].
@@ -141,8 +141,14 @@ pub struct TaskHeader {
     pub cost: u64,
     /// Facts that are neither confirmed nor refuted yet.
     pub unsettled: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Plan: which rung of the replanning ladder answered, from 1 in the ladder's order; 0 = none.
+    pub rung: u32,
+    /// Plan: states expanded for it.
+    pub expansions: u64,
+    /// Plan: time spent on taking in the facts, nanoseconds (latency only): processor, wall.
+    pub observe_ns: [u64; 2],
+    /// Plan: time spent on the answer, nanoseconds (latency only): processor, wall.
+    pub decide_ns: [u64; 2],
     /// Message-specific text: a limit, a missing object, a reason.
     pub detail: [u8; DETAIL_BYTES_MAX],
 }
@@ -163,7 +169,10 @@ impl Default for TaskHeader {
             stage_us: [0; 2],
             cost: 0,
             unsettled: 0,
-            reserved: 0,
+            rung: 0,
+            expansions: 0,
+            observe_ns: [0; 2],
+            decide_ns: [0; 2],
             detail: [0; DETAIL_BYTES_MAX],
         }
     }

@@ -164,7 +164,7 @@ impl Episode {
         let status =
             |kind: &StatusKind| Status { sequence: 0, capture_ns, command_id, kind: kind.clone() };
         let statuses: Vec<Status> = kinds.iter().map(status).collect();
-        let plan = PlanMessage { cause: self.scene.cause, verdict: self.plan.clone(), plan_us: 0 };
+        let plan = PlanMessage::new(self.scene.cause, self.plan.clone());
         let input = CycleInput {
             scene: &self.scene,
             plan: &plan,

@@ -29,6 +29,9 @@ pub struct LadderSettings {
     pub table: TableLimits,
     /// Bounds of grounding.
     pub grounding: GroundingLimits,
+    /// States that are known to be right: what actions suggest to exclude each other counts only
+    /// if it does in all of them. Without any, no observation is doubted.
+    pub known_right: Vec<BTreeSet<Atom>>,
 }
 
 /// Answers the same question again and again, for changing states. A clone is a checkpoint: all
@@ -112,6 +115,8 @@ pub enum End {
     Plan(Rest),
     /// By the reason why there is none.
     NoPlan(Outcome),
+    /// Not at all: these facts exclude each other.
+    Inconsistent(Vec<Atom>),
 }
 
 /// An answer with the rung that gave it.
@@ -223,8 +228,8 @@ impl Ladder {
         let mut place = match known {
             Some(idx) => self.places.remove(idx),
             None => {
-                let limits = &self.settings.grounding;
-                match Ground::new(&self.domain, objects.clone(), &statics, &self.goal, limits) {
+                let settings = &self.settings;
+                match Ground::new(&self.domain, objects.clone(), &statics, &self.goal, settings) {
                     Ok(ground) => Place::new(ground),
                     Err(error) => {
                         self.ungrounded = Some(Ungrounded { objects, statics, error });
@@ -282,7 +287,9 @@ impl Ladder {
         place.prepare();
         place.penalise(failures, self.settings.failure_penalty);
         let state = &self.observed.state;
-        let found = if place.ground.task.is_goal(state) {
+        let found = if self.observed.inconsistent {
+            Some((Rung::Mutex, End::Inconsistent(place.ground.violations(state))))
+        } else if place.ground.task.is_goal(state) {
             Some((Rung::Goal, End::Plan(Rest::none())))
         } else {
             place.keep(state, &self.settings).or_else(|| place.look_up(state, &self.settings))
@@ -305,28 +312,24 @@ impl Ladder {
         };
         let state = &self.observed.state;
         let kept = place.valid_rest(state, &self.settings);
-        let (rung, end) = match (answer.outcome, kept) {
+        let end = match (answer.outcome, kept) {
             (Outcome::Solved(plan), kept) => match place.accept(&plan.steps, state) {
                 Ok((operators, penalised_cost)) => match kept {
-                    Some((rung, at)) if place.price(at) <= penalised_cost => {
-                        (rung, place.set_out_again(state, at, plan.proven_optimal))
+                    Some((_, at)) if place.price(at) <= penalised_cost => {
+                        place.set_out_again(state, at, plan.proven_optimal)
                     }
-                    Some(_) | None => {
-                        (rung, place.set_out(state, operators.into(), plan.proven_optimal))
-                    }
+                    Some(_) | None => place.set_out(state, operators.into(), plan.proven_optimal),
                 },
-                Err(reason) => (rung, End::NoPlan(Outcome::BadInput { reason })),
+                Err(reason) => End::NoPlan(Outcome::BadInput { reason }),
             },
-            (Outcome::OutOfBudget { .. }, Some((rung, at))) => {
-                (rung, place.set_out_again(state, at, false))
-            }
+            (Outcome::OutOfBudget { .. }, Some((_, at))) => place.set_out_again(state, at, false),
             (
                 outcome @ (Outcome::Unsolvable { .. }
                 | Outcome::OutOfBudget { .. }
                 | Outcome::Unsupported { .. }
                 | Outcome::BadInput { .. }),
                 _,
-            ) => (rung, End::NoPlan(outcome)),
+            ) => End::NoPlan(outcome),
         };
         self.reply(rung, end, expansions, failures)
     }
@@ -371,6 +374,7 @@ impl Ladder {
         let open = match &reply.end {
             End::Plan(rest) => rest.at < rest.operators.len(),
             End::NoPlan(outcome) => matches!(outcome, Outcome::OutOfBudget { .. }),
+            End::Inconsistent(_) => false,
         };
         let table = place.current_table();
         let known = table.is_some_and(|table| table.distance(state).is_some());

@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
+use super::LadderSettings;
 use super::index::Index;
 use crate::pddl::{Atom, Condition, Domain, Name, Step, Typed};
 use crate::planning::ground::Kind;
 use crate::planning::schema::Symbols;
 use crate::planning::task::kinds;
-use crate::planning::{Coverage, GroundingLimits, Task, TaskError, TaskInput};
+use crate::planning::{Coverage, MutexGroups, Task, TaskError, TaskInput};
 use crate::scene::Truth;
 
 /// A ground task with what it was grounded from, and an index of its atoms.
@@ -28,6 +29,10 @@ pub struct Ground {
     statics_mask: Vec<u64>,
     /// The operators by their steps; made when first asked for.
     steps: OnceLock<Index>,
+    /// Atoms of which at most one holds in a right state.
+    groups: MutexGroups,
+    /// The same as masks: (word, bits).
+    group_masks: Vec<Vec<(u32, u64)>>,
 }
 
 /// What facts say, packed.
@@ -39,6 +44,8 @@ pub(super) struct Packed {
     statics: Vec<u64>,
     /// Whether anything is not known.
     pub(super) unknowns: bool,
+    /// Whether facts hold that exclude each other.
+    pub(super) inconsistent: bool,
 }
 
 impl Ground {
@@ -48,8 +55,9 @@ impl Ground {
         objects: Vec<Typed>,
         statics: &BTreeSet<Atom>,
         goal: &Condition,
-        limits: &GroundingLimits,
+        settings: &LadderSettings,
     ) -> Result<Self, TaskError> {
+        let limits = &settings.grounding;
         let costs = &BTreeMap::new();
         let input = TaskInput {
             domain,
@@ -66,8 +74,19 @@ impl Ground {
         let mut statics_mask = vec![0; statics.len().div_ceil(64)];
         (0..statics.len()).for_each(|idx| statics_mask[idx / 64] |= 1 << (idx % 64));
         let static_predicates = static_predicates(domain);
-        let steps = OnceLock::new();
-        Ok(Self { task, objects, statics, static_predicates, index, statics_mask, steps })
+        let groups = groups(&task, &settings.known_right);
+        let group_masks = groups.atoms(&task).iter().map(|group| masks(group)).collect();
+        Ok(Self {
+            task,
+            objects,
+            statics,
+            static_predicates,
+            index,
+            statics_mask,
+            steps: OnceLock::new(),
+            groups,
+            group_masks,
+        })
     }
 
     /// Packs facts into `packed`; `false` when their static facts are not those of this task.
@@ -78,7 +97,7 @@ impl Ground {
         facts: impl Iterator<Item = (&'f Atom, Truth)>,
         packed: &mut Packed,
     ) -> bool {
-        let Packed { state, statics, unknowns } = packed;
+        let Packed { state, statics, unknowns, inconsistent } = packed;
         state.clear();
         state.resize(self.task.words, 0);
         statics.clear();
@@ -101,7 +120,18 @@ impl Ground {
             if truth.is_true() { *word |= bit } else { *word &= !bit }
         }
         self.task.axioms.complete(state);
+        *inconsistent = self.group_masks.iter().any(|group| {
+            let held = group.iter().map(|&(word, bits)| state[word as usize] & bits);
+            held.map(u64::count_ones).sum::<u32>() > 1
+        });
         *statics == self.statics_mask
+    }
+
+    /// The facts of a state that exclude each other.
+    pub(super) fn violations(&self, state: &[u64]) -> Vec<Atom> {
+        let facts = self.facts(state);
+        let atoms = self.groups.violations(facts.iter()).into_iter().flat_map(|v| v.atoms);
+        atoms.collect::<BTreeSet<Atom>>().into_iter().collect()
     }
 
     /// The operator of a step.
@@ -152,4 +182,22 @@ fn static_predicates(domain: &Domain) -> Vec<Name> {
     let symbols = Symbols::new(domain, &[]);
     let kinds = kinds(domain, &symbols).into_iter().zip(&symbols.predicates);
     kinds.filter(|(kind, _)| *kind == Kind::Static).map(|(_, name)| (*name).clone()).collect()
+}
+
+/// What excludes each other by what the actions do, as far as it holds in states that are right.
+/// Without any such state nothing is concluded: there may be several of what actions only move.
+fn groups(task: &Task, known_right: &[BTreeSet<Atom>]) -> MutexGroups {
+    if known_right.is_empty() {
+        return MutexGroups::default();
+    }
+    let groups = MutexGroups::synthesise(task);
+    known_right.iter().fold(groups, |groups, facts| groups.hold_in(facts.iter()))
+}
+
+fn masks(atoms: &[u32]) -> Vec<(u32, u64)> {
+    let mut words: BTreeMap<u32, u64> = BTreeMap::new();
+    for atom in atoms {
+        *words.entry(atom / 64).or_default() |= 1 << (atom % 64);
+    }
+    words.into_iter().collect()
 }

@@ -8,6 +8,9 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rung {
+    /// The observed facts exclude each other: there is nothing to plan from. Always switched on.
+    #[serde(skip_deserializing)]
+    Mutex,
     /// The goal holds. Always switched on.
     #[serde(skip_deserializing)]
     Goal,
@@ -28,7 +31,8 @@ pub enum Rung {
 
 impl Rung {
     /// Every rung, in the order in which they are climbed.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
+        Self::Mutex,
         Self::Goal,
         Self::Unchanged,
         Self::Trajectory,
@@ -41,6 +45,7 @@ impl Rung {
     /// Its name in run files and reports.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Mutex => "mutex",
             Self::Goal => "goal",
             Self::Unchanged => "unchanged",
             Self::Trajectory => "trajectory",

@@ -1,6 +1,7 @@
 //! Wire ↔ core. Whatever comes from shared memory is checked here, once, and never trusted before.
 
 mod device;
+mod plan;
 mod task;
 mod text;
 #[cfg(test)]
@@ -15,9 +16,10 @@ pub use device::{
     frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire, status_from_wire,
     status_to_wire,
 };
+pub use plan::{plan_from_wire, plan_to_wire};
 pub use task::{
-    Vocabulary, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, plan_from_wire,
-    plan_to_wire, scene_from_wire, scene_to_wire,
+    Vocabulary, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
+    scene_to_wire,
 };
 
 /// A message from shared memory does not say what it should. It is dropped, and the run goes on.

@@ -1,25 +1,21 @@
-//! Goal, scene, plan and outcome.
+//! Goal, scene and outcome.
 
 use nalgebra::Point3;
 
+use super::plan::{step_from_wire, step_to_wire};
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
 use crate::geometry::PixelBox;
 use crate::grounding::Doubt;
-use crate::messages::{
-    Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact, StepOutcome,
-};
-use crate::pddl::Step;
+use crate::messages::{Cause, GoalMessage, Origin, Scene, SceneFact, StepOutcome};
 use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
 use crate::transport::wire::{
-    ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, StepRecord, TaskHeader,
+    ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader,
 };
 
 /// Most records of one scene.
 const SCENE_RECORDS_MAX: usize = 65_536;
-/// Most steps of one plan.
-const PLAN_STEPS_MAX: usize = 65_536;
 /// Longest goal, in bytes of PDDL.
 const GOAL_BYTES_MAX: usize = 1 << 20;
 
@@ -45,7 +41,7 @@ impl Vocabulary {
         Self { run_id, domain_hash, domain, types }
     }
 
-    fn header(&self, cause: &Cause) -> TaskHeader {
+    pub(super) fn header(&self, cause: &Cause) -> TaskHeader {
         TaskHeader {
             schema: SCHEMA,
             run_id: self.run_id,
@@ -58,7 +54,7 @@ impl Vocabulary {
         }
     }
 
-    fn check(&self, header: &TaskHeader) -> Result<Cause, WireError> {
+    pub(super) fn check(&self, header: &TaskHeader) -> Result<Cause, WireError> {
         if header.domain_hash != self.domain_hash {
             let (expected, got) = (self.domain_hash, header.domain_hash);
             let hex = |hash| format!("{hash:016x}");
@@ -320,107 +316,6 @@ fn truth_from_wire(field: &'static str, value: u32) -> Result<Truth, WireError> 
         2 => Ok(Truth::True),
         other => Err(WireError::new(field, "0 to 2", other)),
     }
-}
-
-/// Writes a plan.
-///
-/// # Errors
-/// [`WireError`] when a name is too long or a step has too many arguments.
-pub fn plan_to_wire(
-    plan: &PlanMessage,
-    vocabulary: &Vocabulary,
-) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
-    let mut header = vocabulary.header(&plan.cause);
-    header.stage_us = [plan.plan_us, 0];
-    let mut records = Vec::new();
-    let detail = match &plan.verdict {
-        PlanVerdict::Plan { steps, cost } => {
-            header.cost = *cost;
-            records = steps.iter().map(step_to_wire).collect::<Result<_, _>>()?;
-            String::new()
-        }
-        PlanVerdict::Unsolvable { proof, unknowns } => {
-            header.verdict = if *unknowns { 2 } else { 1 };
-            proof.clone()
-        }
-        PlanVerdict::OutOfBudget { limit } => {
-            header.verdict = 3;
-            limit.clone()
-        }
-        PlanVerdict::Unsupported { feature } => {
-            header.verdict = 4;
-            feature.clone()
-        }
-        PlanVerdict::Missing { objects } => {
-            header.verdict = 5;
-            records = objects.iter().map(missing_to_wire).collect::<Result<_, _>>()?;
-            String::new()
-        }
-    };
-    header.detail = text_to_wire(&detail);
-    Ok((header, records))
-}
-
-/// Checks a plan.
-///
-/// # Errors
-/// [`WireError`] naming the field.
-pub fn plan_from_wire(
-    header: &TaskHeader,
-    records: &[StepRecord],
-    vocabulary: &Vocabulary,
-) -> Result<PlanMessage, WireError> {
-    let cause = vocabulary.check(header)?;
-    if records.len() > PLAN_STEPS_MAX {
-        return Err(WireError::new("plan steps", PLAN_STEPS_MAX, records.len()));
-    }
-    let detail = text_from_wire("detail", &header.detail)?.to_owned();
-    let verdict = match header.verdict {
-        0 => {
-            let steps = records.iter().map(|r| step_from_wire(r, vocabulary));
-            PlanVerdict::Plan { steps: steps.collect::<Result<_, _>>()?, cost: header.cost }
-        }
-        1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
-        3 => PlanVerdict::OutOfBudget { limit: detail },
-        4 => PlanVerdict::Unsupported { feature: detail },
-        5 => {
-            let objects = records.iter().map(|r| name_from_wire("missing object", &r.action));
-            PlanVerdict::Missing { objects: objects.collect::<Result<_, _>>()? }
-        }
-        other => return Err(WireError::new("plan verdict", "0 to 5", other)),
-    };
-    Ok(PlanMessage { cause, verdict, plan_us: header.stage_us[0] })
-}
-
-/// An object that nobody has seen travels as a step without arguments.
-fn missing_to_wire(object: &Name) -> Result<StepRecord, WireError> {
-    Ok(StepRecord { action: name_to_wire(object)?, ..StepRecord::default() })
-}
-
-fn step_to_wire(step: &Step) -> Result<StepRecord, WireError> {
-    if step.args.len() > ARGS_MAX {
-        return Err(WireError::new("step arguments", ARGS_MAX, step.args.len()));
-    }
-    let mut args = [NameText::default(); ARGS_MAX];
-    for (to, from) in args.iter_mut().zip(&step.args) {
-        *to = name_to_wire(from)?;
-    }
-    let n_args = u32::try_from(step.args.len()).unwrap_or(u32::MAX);
-    Ok(StepRecord { action: name_to_wire(&step.action)?, n_args, reserved: 0, args })
-}
-
-fn step_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Step, WireError> {
-    let action = name_from_wire("action", &record.action)?;
-    let schema = vocabulary
-        .domain
-        .action(action.as_str())
-        .ok_or_else(|| WireError::new("action", "one of the domain", &action))?;
-    if record.n_args as usize != schema.params.len() {
-        return Err(WireError::new("step arguments", schema.params.len(), record.n_args));
-    }
-    let args = record.args.iter().take(record.n_args as usize);
-    let args = args.map(|a| name_from_wire("step argument", a)).collect::<Result<_, _>>()?;
-    Ok(Step { action, args })
 }
 
 /// Writes the outcome of a step.

@@ -13,13 +13,14 @@ use crate::geometry::{CameraModel, Intrinsics, PixelBox};
 use crate::grounding::Doubt;
 use crate::messages::{
     Cause, Command, CommandKind, Expect, Frame, GoalMessage, Motion, Origin, PlanMessage,
-    PlanVerdict, RobotState, Scene, SceneFact, Status, StatusKind, StepOutcome, Waypoint,
+    PlanVerdict, RobotState, Scene, SceneFact, Spent, Status, StatusKind, StepOutcome, Waypoint,
 };
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
+use crate::planning::Rung;
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
 use crate::transport::wire::{
-    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, OutcomeRecord, RobotStateRecord,
-    SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
+    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord,
+    RobotStateRecord, SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
 };
 
 const CAUSE: Cause = Cause { cycle: 7, frame_sequence: 70, capture_ns: 700, frame_send_ns: 7000 };
@@ -167,7 +168,24 @@ fn verdicts() -> impl Strategy<Value = PlanVerdict> {
         "\\PC{0,40}".prop_map(|limit| PlanVerdict::OutOfBudget { limit }),
         "\\PC{0,40}".prop_map(|feature| PlanVerdict::Unsupported { feature }),
         prop::collection::vec(names(), 0..4).prop_map(|objects| PlanVerdict::Missing { objects }),
+        prop::collection::vec((names(), names()), 0..4).prop_map(|pairs| {
+            let atom = |(a, b)| Atom { predicate: "on".into(), args: vec![a, b] };
+            PlanVerdict::Inconsistent { atoms: pairs.into_iter().map(atom).collect() }
+        }),
     ]
+}
+
+prop_compose! {
+    fn plans()(
+        verdict in verdicts(),
+        rung in prop::option::of(prop::sample::select(Rung::ALL.to_vec())),
+        (plan_us, expansions) in any::<(u32, u64)>(),
+        [a, b, c, d] in any::<[u64; 4]>(),
+    ) -> PlanMessage {
+        let observe = Spent { cpu_ns: a, wall_ns: b };
+        let decide = Spent { cpu_ns: c, wall_ns: d };
+        PlanMessage { cause: CAUSE, verdict, rung, expansions, plan_us, observe, decide }
+    }
 }
 
 proptest! {
@@ -179,9 +197,8 @@ proptest! {
     }
 
     #[test]
-    fn a_plan_arrives_as_it_was_sent(verdict in verdicts(), plan_us in any::<u32>()) {
+    fn a_plan_arrives_as_it_was_sent(plan in plans()) {
         let vocabulary = vocabulary();
-        let plan = PlanMessage { cause: CAUSE, verdict, plan_us };
         let (header, records) = plan_to_wire(&plan, &vocabulary).unwrap();
         prop_assert_eq!(plan_from_wire(&header, &records, &vocabulary), Ok(plan));
     }

@@ -139,7 +139,7 @@ fn what_does_not_fit_into_a_message_is_not_sent() {
 fn a_text_that_is_too_long_is_cut_between_two_characters() {
     let limit = "ä".repeat(100); // of two bytes each; a header has room for 160
     let verdict = PlanVerdict::OutOfBudget { limit };
-    let plan = PlanMessage { cause: CAUSE, verdict, plan_us: 0 };
+    let plan = PlanMessage::new(CAUSE, verdict);
     let (header, records) = plan_to_wire(&plan, &vocabulary()).unwrap();
     let read = plan_from_wire(&header, &records, &vocabulary()).unwrap().verdict;
     assert_eq!(read, PlanVerdict::OutOfBudget { limit: "ä".repeat(80) });
@@ -155,16 +155,24 @@ fn plans_and_outcomes_out_of_range_are_rejected() {
     let vocabulary = vocabulary();
     let step = Step::new("stack", &["a", "b", "arm"]);
     let verdict = PlanVerdict::Plan { steps: vec![step.clone()], cost: 1 };
-    let plan = PlanMessage { cause: CAUSE, verdict, plan_us: 0 };
+    let plan = PlanMessage::new(CAUSE, verdict);
     let (header, records) = plan_to_wire(&plan, &vocabulary).unwrap();
     type Change = fn(&mut TaskHeader, &mut StepRecord);
-    let cases: [(&str, Change); 6] = [
-        ("plan verdict", |h, _| h.verdict = 6),
+    let cases: [(&str, Change); 10] = [
+        ("plan verdict", |h, _| h.verdict = 7),
+        ("rung", |h, _| h.rung = 9),
+        ("predicate", |h, _| h.verdict = 6),
+        ("predicate", |h, r| (h.verdict, r.action.bytes[0]) = (6, 0xff)),
+        ("fact arguments", |h, r| {
+            h.verdict = 6;
+            r.action = NameText::default();
+            r.action.bytes[..5].copy_from_slice(b"clear");
+        }),
         ("detail", |h, _| h.detail[0] = 0xff),
         ("action", |_, r| r.action.bytes[0] = 0x13),
         ("action", |_, r| r.action.bytes = r.args[0].bytes),
         ("step arguments", |_, r| r.n_args = 2),
-        ("step argument", |_, r| r.args[1].bytes[0] = 0xff),
+        ("argument", |_, r| r.args[1].bytes[0] = 0xff),
     ];
     for (field, change) in cases {
         let (mut header, mut record) = (header, records[0]);

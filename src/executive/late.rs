@@ -1,0 +1,47 @@
+//! Plans that come too late: the planner met a budget, or its deadline, before it had an answer.
+
+use super::verdict::{Limit, Verdict};
+use super::{Answer, Cycle, Executive, Note, Phase};
+use crate::messages::{CommandKind, PlanVerdict};
+
+/// How long there has been no plan in time.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Late {
+    /// Late plans in a row.
+    n_plans: u32,
+    /// The cycle of the newest of them.
+    cycle: Option<u64>,
+}
+
+impl Executive {
+    /// Counts plans in a row that came too late; any other answer ends the row.
+    pub(super) fn count_late_plans(&mut self, cycle: &Cycle<'_>) {
+        let plan = cycle.input.plan;
+        if !matches!(plan.verdict, PlanVerdict::OutOfBudget { .. }) {
+            self.late = Late::default();
+        } else if self.late.cycle != Some(plan.cause.cycle) {
+            self.late.cycle = Some(plan.cause.cycle);
+            self.late.n_plans += 1;
+        }
+    }
+
+    /// Without a plan in time the running step goes on: it was right when it was started. When
+    /// none runs, the robot holds. After `limits.late_plans_max` such plans in a row the loop gives
+    /// up.
+    pub(super) fn do_without_plan(&mut self, cycle: &mut Cycle<'_>, limit: &str) -> Answer {
+        let late_plans_max = cycle.config.limits.late_plans_max;
+        if self.late.n_plans > late_plans_max {
+            let detail = format!("no plan within {limit}, {late_plans_max} times in a row");
+            return Answer::End(Verdict::GaveUp { limit: Limit::LatePlans, detail });
+        }
+        if self.late.n_plans == 1 && cycle.is_new_frame {
+            cycle.note(Note::Look { reason: format!("the planner is late ({limit})") });
+        }
+        match self.phase {
+            Phase::Running(_) => Answer::Command(CommandKind::Continue),
+            Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => {
+                Answer::Command(CommandKind::Hold)
+            }
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Plans and their steps.
+
+use super::WireError;
+use super::task::Vocabulary;
+use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
+use crate::messages::{PlanMessage, PlanVerdict, Spent};
+use crate::pddl::{Atom, Name, Step};
+use crate::planning::Rung;
+use crate::transport::wire::{ARGS_MAX, NameText, StepRecord, TaskHeader};
+
+/// Most steps of one plan.
+const PLAN_STEPS_MAX: usize = 65_536;
+
+/// Writes a plan.
+///
+/// # Errors
+/// [`WireError`] when a name is too long or a step has too many arguments.
+pub fn plan_to_wire(
+    plan: &PlanMessage,
+    vocabulary: &Vocabulary,
+) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
+    let mut header = vocabulary.header(&plan.cause);
+    header.stage_us = [plan.plan_us, 0];
+    header.rung = rung_to_wire(plan.rung);
+    header.expansions = plan.expansions;
+    header.observe_ns = [plan.observe.cpu_ns, plan.observe.wall_ns];
+    header.decide_ns = [plan.decide.cpu_ns, plan.decide.wall_ns];
+    let mut records = Vec::new();
+    let detail = match &plan.verdict {
+        PlanVerdict::Plan { steps, cost } => {
+            header.cost = *cost;
+            records = steps.iter().map(step_to_wire).collect::<Result<_, _>>()?;
+            String::new()
+        }
+        PlanVerdict::Unsolvable { proof, unknowns } => {
+            header.verdict = if *unknowns { 2 } else { 1 };
+            proof.clone()
+        }
+        PlanVerdict::OutOfBudget { limit } => {
+            header.verdict = 3;
+            limit.clone()
+        }
+        PlanVerdict::Unsupported { feature } => {
+            header.verdict = 4;
+            feature.clone()
+        }
+        PlanVerdict::Missing { objects } => {
+            header.verdict = 5;
+            records = objects.iter().map(missing_to_wire).collect::<Result<_, _>>()?;
+            String::new()
+        }
+        PlanVerdict::Inconsistent { atoms } => {
+            header.verdict = 6;
+            let fact = |atom: &Atom| call_to_wire("facts", &atom.predicate, &atom.args);
+            records = atoms.iter().map(fact).collect::<Result<_, _>>()?;
+            String::new()
+        }
+    };
+    header.detail = text_to_wire(&detail);
+    Ok((header, records))
+}
+
+/// Checks a plan.
+///
+/// # Errors
+/// [`WireError`] naming the field.
+pub fn plan_from_wire(
+    header: &TaskHeader,
+    records: &[StepRecord],
+    vocabulary: &Vocabulary,
+) -> Result<PlanMessage, WireError> {
+    let cause = vocabulary.check(header)?;
+    if records.len() > PLAN_STEPS_MAX {
+        return Err(WireError::new("plan steps", PLAN_STEPS_MAX, records.len()));
+    }
+    let detail = text_from_wire("detail", &header.detail)?.to_owned();
+    let verdict = match header.verdict {
+        0 => {
+            let steps = records.iter().map(|r| step_from_wire(r, vocabulary));
+            PlanVerdict::Plan { steps: steps.collect::<Result<_, _>>()?, cost: header.cost }
+        }
+        1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
+        3 => PlanVerdict::OutOfBudget { limit: detail },
+        4 => PlanVerdict::Unsupported { feature: detail },
+        5 => {
+            let objects = records.iter().map(|r| name_from_wire("missing object", &r.action));
+            PlanVerdict::Missing { objects: objects.collect::<Result<_, _>>()? }
+        }
+        6 => {
+            let atoms = records.iter().map(|r| fact_from_wire(r, vocabulary));
+            PlanVerdict::Inconsistent { atoms: atoms.collect::<Result<_, _>>()? }
+        }
+        other => return Err(WireError::new("plan verdict", "0 to 6", other)),
+    };
+    let spent = |[cpu_ns, wall_ns]: [u64; 2]| Spent { cpu_ns, wall_ns };
+    Ok(PlanMessage {
+        cause,
+        verdict,
+        rung: rung_from_wire(header.rung)?,
+        expansions: header.expansions,
+        plan_us: header.stage_us[0],
+        observe: spent(header.observe_ns),
+        decide: spent(header.decide_ns),
+    })
+}
+
+fn rung_to_wire(rung: Option<Rung>) -> u32 {
+    let place = rung.and_then(|rung| Rung::ALL.iter().position(|known| *known == rung));
+    place.and_then(|place| u32::try_from(place + 1).ok()).unwrap_or(0)
+}
+
+fn rung_from_wire(value: u32) -> Result<Option<Rung>, WireError> {
+    let Some(place) = value.checked_sub(1) else { return Ok(None) };
+    let rung = Rung::ALL.get(place as usize).copied();
+    let known = || WireError::new("rung", format!("0 to {}", Rung::ALL.len()), value);
+    rung.map(Some).ok_or_else(known)
+}
+
+/// An object that nobody has seen travels as a step without arguments.
+fn missing_to_wire(object: &Name) -> Result<StepRecord, WireError> {
+    Ok(StepRecord { action: name_to_wire(object)?, ..StepRecord::default() })
+}
+
+pub(super) fn step_to_wire(step: &Step) -> Result<StepRecord, WireError> {
+    call_to_wire("step arguments", &step.action, &step.args)
+}
+
+/// A name with its arguments: a step, or a fact.
+fn call_to_wire(field: &'static str, name: &Name, args: &[Name]) -> Result<StepRecord, WireError> {
+    if args.len() > ARGS_MAX {
+        return Err(WireError::new(field, ARGS_MAX, args.len()));
+    }
+    let n_args = u32::try_from(args.len()).unwrap_or(u32::MAX);
+    let mut texts = [NameText::default(); ARGS_MAX];
+    for (to, from) in texts.iter_mut().zip(args) {
+        *to = name_to_wire(from)?;
+    }
+    Ok(StepRecord { action: name_to_wire(name)?, n_args, reserved: 0, args: texts })
+}
+
+fn fact_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Atom, WireError> {
+    let name = name_from_wire("predicate", &record.action)?;
+    let known = vocabulary.domain.predicates.iter().find(|p| p.name == name);
+    let known = known.ok_or_else(|| WireError::new("predicate", "one of the domain", &name))?;
+    let args = args_from_wire("fact arguments", record, known.params.len())?;
+    Ok(Atom { predicate: name, args })
+}
+
+/// The arguments of a record that must have so many.
+fn args_from_wire(
+    field: &'static str,
+    record: &StepRecord,
+    n_args: usize,
+) -> Result<Vec<Name>, WireError> {
+    if record.n_args as usize != n_args || n_args > ARGS_MAX {
+        return Err(WireError::new(field, n_args, record.n_args));
+    }
+    record.args.iter().take(n_args).map(|arg| name_from_wire("argument", arg)).collect()
+}
+
+pub(super) fn step_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Step, WireError> {
+    let action = name_from_wire("action", &record.action)?;
+    let schema = vocabulary
+        .domain
+        .action(action.as_str())
+        .ok_or_else(|| WireError::new("action", "one of the domain", &action))?;
+    let args = args_from_wire("step arguments", record, schema.params.len())?;
+    Ok(Step { action, args })
+}
+
