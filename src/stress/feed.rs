@@ -5,8 +5,9 @@ use rand_chacha::rand_core::SeedableRng as _;
 use serde::{Deserialize, Serialize};
 
 use super::world::{World, below};
+use crate::messages::{Cause, Origin, Scene, SceneFact};
 use crate::pddl::{Atom, Domain, Name, Problem, Step, Typed};
-use crate::scene::{Facts, Truth};
+use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 /// How the world changes from one scene to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -39,16 +40,48 @@ impl Feed {
 
 /// What one scene shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct View {
-    pub(super) objects: Vec<Typed>,
-    pub(super) facts: Facts,
+pub struct View {
+    /// All objects, constants included.
+    pub objects: Vec<Typed>,
+    /// What is known of them.
+    pub facts: Facts,
     /// Whether its plan counts; scenes that only lead from one to the next do not.
-    pub(super) counts: bool,
+    pub counts: bool,
+}
+
+impl View {
+    /// The scene that shows it: everything is seen and settled.
+    pub fn scene(&self, cycle: u64) -> Scene {
+        let fact = |(atom, truth): (&Atom, Truth)| SceneFact {
+            atom: atom.clone(),
+            raw: truth,
+            confirmed: truth,
+            origin: Origin::Observed,
+            confidence: 1.0,
+        };
+        let object = |typed: &Typed| SceneObject {
+            name: typed.name.clone(),
+            type_name: typed.types.first().cloned().unwrap_or_else(|| "object".into()),
+            pixel_box: None,
+            volume: None,
+            score: 1.0,
+            visibility: Visibility::Visible,
+            seen_ns: 0,
+        };
+        let known = self.facts.known.iter().map(|atom| (atom, Truth::True));
+        let unknown = self.facts.unknown.iter().map(|atom| (atom, Truth::Unknown));
+        Scene {
+            cause: Cause { cycle, frame_sequence: cycle, ..Cause::default() },
+            objects: self.objects.iter().map(object).collect(),
+            facts: known.chain(unknown).map(fact).collect(),
+            ..Scene::default()
+        }
+    }
 }
 
 /// Makes one view after the other. The same seed and plans give the same views.
 #[derive(Debug)]
-pub(super) struct Feeder<'a> {
+pub struct Feeder<'a> {
     feed: Feed,
     world: World<'a>,
     walk_steps: u32,
@@ -59,7 +92,7 @@ pub(super) struct Feeder<'a> {
 
 impl<'a> Feeder<'a> {
     /// A feeder that starts at a random state.
-    pub(super) fn new(
+    pub fn new(
         feed: Feed,
         (domain, problem): (&'a Domain, &Problem),
         walk_steps: u32,
@@ -72,13 +105,13 @@ impl<'a> Feeder<'a> {
     }
 
     /// What the world looks like now.
-    pub(super) fn now(&self) -> View {
+    pub fn now(&self) -> View {
         let (objects, facts) = (self.world.objects().to_vec(), self.world.facts.clone());
         View { objects, facts, counts: false }
     }
 
     /// The next view, where the newest plan begins with `next`.
-    pub(super) fn next(&mut self, next: Option<&Step>) -> View {
+    pub fn next(&mut self, next: Option<&Step>) -> View {
         self.disturb = !self.disturb;
         match self.feed {
             Feed::Progress => {

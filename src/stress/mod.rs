@@ -21,7 +21,7 @@ pub use case::{Instance, instances};
 pub use check::{Judgement, Verdict, check};
 pub use config::{CaseConfig, Rate, StressConfig, load_stress};
 pub use error::StressError;
-pub use feed::Feed;
+pub use feed::{Feed, Feeder, View};
 pub use logs::write_logs;
 pub use measure::{Cell, Quantiles};
 pub use plot::plot;

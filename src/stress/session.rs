@@ -11,9 +11,8 @@ use super::feed::View;
 use super::measure::Timing;
 use crate::actors::{ActorSpec, Chaos, Fatal, Keep, Supervision, planner, supervise};
 use crate::config::{DomainFolder, PlannerConfig, SupervisorConfig};
-use crate::messages::{Cause, GoalMessage, Origin, PlanMessage, PlanVerdict, Scene, SceneFact};
-use crate::pddl::{Problem, Step, Typed};
-use crate::scene::{SceneObject, Truth, Visibility};
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict};
+use crate::pddl::{Problem, Step};
 use crate::telemetry::monotonic_ns;
 use crate::transport::convert::{Vocabulary, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
@@ -124,7 +123,7 @@ impl Session {
     /// Sends a scene; returns its number.
     pub(super) fn send(&mut self, view: &View) -> Result<u64, StressError> {
         self.cycle += 1;
-        let scene = scene(view, self.cycle);
+        let scene = view.scene(self.cycle);
         let (mut header, records) = scene_to_wire(&scene, &self.vocabulary)?;
         let now_ns = monotonic_ns();
         header.frame_send_ns = now_ns;
@@ -218,32 +217,4 @@ fn timing(message: &PlanMessage) -> Timing {
 
 fn rung(_: &PlanMessage) -> String {
     "any".to_owned()
-}
-
-/// A scene that shows a view: everything is seen and settled.
-fn scene(view: &View, cycle: u64) -> Scene {
-    let fact = |(atom, truth): (&crate::pddl::Atom, Truth)| SceneFact {
-        atom: atom.clone(),
-        raw: truth,
-        confirmed: truth,
-        origin: Origin::Observed,
-        confidence: 1.0,
-    };
-    let object = |typed: &Typed| SceneObject {
-        name: typed.name.clone(),
-        type_name: typed.types.first().cloned().unwrap_or_else(|| "object".into()),
-        pixel_box: None,
-        volume: None,
-        score: 1.0,
-        visibility: Visibility::Visible,
-        seen_ns: 0,
-    };
-    let known = view.facts.known.iter().map(|atom| (atom, Truth::True));
-    let unknown = view.facts.unknown.iter().map(|atom| (atom, Truth::Unknown));
-    Scene {
-        cause: Cause { cycle, frame_sequence: cycle, ..Cause::default() },
-        objects: view.objects.iter().map(object).collect(),
-        facts: known.chain(unknown).map(fact).collect(),
-        ..Scene::default()
-    }
 }
