@@ -13,6 +13,8 @@ use crate::actors::{ActorSpec, Chaos, Fatal, Keep, Supervision, planner, supervi
 use crate::config::{DomainFolder, PlannerConfig, SupervisorConfig};
 use crate::messages::{GoalMessage, PlanMessage, PlanVerdict};
 use crate::pddl::{Problem, Step};
+use crate::planning::Rung;
+use crate::scene::Facts;
 use crate::telemetry::monotonic_ns;
 use crate::transport::convert::{Vocabulary, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
@@ -53,6 +55,7 @@ impl Answer {
             PlanVerdict::Unsolvable { .. }
             | PlanVerdict::OutOfBudget { .. }
             | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Inconsistent { .. }
             | PlanVerdict::Missing { .. } => None,
         }
     }
@@ -64,6 +67,7 @@ impl Answer {
             PlanVerdict::Unsolvable { .. }
             | PlanVerdict::OutOfBudget { .. }
             | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Inconsistent { .. }
             | PlanVerdict::Missing { .. } => None,
         }
     }
@@ -93,6 +97,7 @@ impl Session {
         let args = Arc::new(planner::Args {
             bus: bus.clone(),
             vocabulary: Arc::clone(&vocabulary),
+            deadline: Some(Duration::from_millis(start.planner.deadline_ms)),
             keep: Keep::new(memory),
             chaos: Chaos::default(),
         });
@@ -199,7 +204,7 @@ fn gone() -> Fatal {
 
 fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
     use crate::config::{ConfigError, choose};
-    use crate::planners::{PLANNERS, PlannerSettings, Replanner};
+    use crate::planners::{Adoption, PLANNERS, PlannerSettings, Replanner};
     let config = start.planner;
     let build = choose("planner.name", &config.name, PLANNERS)?;
     let file = start.origin.display().to_string();
@@ -207,14 +212,21 @@ fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
     let settings = PlannerSettings { config, file: &file, folder };
     let made = build(&settings).map_err(ConfigError::from)?;
     let domain = Arc::new(start.folder.domain.clone());
-    Ok(planner::Memory::new(Replanner::new(domain, made.into(), config.failure_penalty)))
+    let known_right = Facts::new(start.problem.init.clone());
+    let replanner = Replanner::new(domain, made.into(), config, vec![known_right]);
+    Ok(planner::Memory::new(replanner.adopting(Adoption::WhenReady)))
 }
 
 fn timing(message: &PlanMessage) -> Timing {
-    let ns = u64::from(message.plan_us) * 1000;
-    Timing { observe_cpu_ns: 0, decide_cpu_ns: ns, wall_ns: ns, round_trip_ns: 0 }
+    Timing {
+        observe_cpu_ns: message.observe.cpu_ns,
+        decide_cpu_ns: message.decide.cpu_ns,
+        wall_ns: message.observe.wall_ns + message.decide.wall_ns,
+        round_trip_ns: 0,
+    }
 }
 
-fn rung(_: &PlanMessage) -> String {
-    "any".to_owned()
+/// The rung's name; "none" when the question could not be put.
+fn rung(message: &PlanMessage) -> String {
+    message.rung.map_or("none", Rung::name).to_owned()
 }
