@@ -84,8 +84,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }
-        let plan =
-            tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
+        let plan = tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
         let (header, records) = plan_to_wire(&plan, &args.vocabulary)?;
         plans.publish(header, &records)?;
         memory.replanner.prepare(scene.cause.cycle);

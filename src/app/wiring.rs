@@ -186,9 +186,7 @@ impl Prepared {
             vocabulary: Arc::clone(&shared.vocabulary),
             deadline: match self.config.clock {
                 ClockKind::Lockstep => None,
-                ClockKind::Realtime => {
-                    Some(Duration::from_millis(self.config.planner.deadline_ms))
-                }
+                ClockKind::Realtime => Some(Duration::from_millis(self.config.planner.deadline_ms)),
             },
             keep: Keep::new(planner::Memory::new(self.planner()?)),
             chaos: shared.chaos.clone(),

@@ -242,9 +242,7 @@ impl Replanner {
         let pending = self.pending.as_ref()?;
         match self.adoption {
             Adoption::WhenReady => Some(false),
-            Adoption::AfterCycles(n) => {
-                (cycle >= pending.cycle.saturating_add(n)).then_some(true)
-            }
+            Adoption::AfterCycles(n) => (cycle >= pending.cycle.saturating_add(n)).then_some(true),
         }
     }
 
@@ -285,9 +283,7 @@ fn search(
         init: &scene.confirmed().known,
         goal: &goal.goal,
         penalties: &penalties,
-        grounded: ladder
-            .grounded()
-            .map(|(ground, state)| Grounded { task: &ground.task, state }),
+        grounded: ladder.grounded().map(|(ground, state)| Grounded { task: &ground.task, state }),
         interrupt,
     };
     planner.plan(&query)

@@ -8,7 +8,7 @@ use super::*;
 use crate::config::DomainFolder;
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
-use crate::planning::{Budget, Outcome, Rung, Plan, Statistics};
+use crate::planning::{Budget, Outcome, Plan, Rung, Statistics};
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;

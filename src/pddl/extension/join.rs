@@ -1,6 +1,6 @@
 //! One evaluation of a rule over the relations as they are.
 
-use super::rule::{Arg, Rule, Step};
+use super::rule::{Arg, Pattern, Rule, Step};
 use super::{Extension, Symbols};
 use crate::pddl::{Bindings, Universe, evaluate};
 use crate::scene::Truth;
@@ -34,7 +34,9 @@ pub(super) fn heads(rule: &Rule, extension: &Extension, universe: &Universe<'_>)
         rule.variables.iter().map(|v| objects(symbols, universe, &v.types)).collect();
     let allowed = ranges.iter().map(|range| {
         let mut allowed = vec![false; symbols.objects.len()];
-        range.iter().for_each(|&object| allowed[object as usize] = true);
+        for &object in range {
+            allowed[object as usize] = true;
+        }
         allowed
     });
     let places: Vec<Vec<usize>> = rule.steps.iter().map(known_places).collect();
@@ -55,7 +57,7 @@ pub(super) fn heads(rule: &Rule, extension: &Extension, universe: &Universe<'_>)
 /// The places of a step's atom that are known when it is reached.
 pub(super) fn known_places(step: &Step) -> Vec<usize> {
     match step {
-        Step::Match { known, .. } => known.iter().map(|(place, _)| *place).collect(),
+        Step::Match(pattern) => pattern.known.iter().map(|(place, _)| *place).collect(),
         Step::Check(_) | Step::Range(_) => Vec::new(),
     }
 }
@@ -90,33 +92,38 @@ impl Join<'_> {
                     self.extend(at + 1, truth);
                 }
             }
-            Step::Match { relation, known, again, free } => {
-                let relation = &self.extension.relations[*relation];
-                let next = |join: &mut Self, row: usize| {
-                    let tuple = relation.tuple(row);
-                    for &(place, variable) in free {
-                        if !join.allowed[variable][tuple[place] as usize] {
-                            return;
-                        }
-                        join.binding[variable] = tuple[place];
+            Step::Match(pattern) => {
+                let relation = &self.extension.relations[pattern.relation];
+                if pattern.known.is_empty() {
+                    for row in 0..relation.len() {
+                        self.match_row(pattern, row, (at, truth));
                     }
-                    if again.iter().all(|&(place, v)| tuple[place] == join.binding[v]) {
-                        join.extend(at + 1, truth.min(relation.truth_of_row(row)));
-                    }
+                    return;
+                }
+                let value = |arg: &Arg| match *arg {
+                    Arg::Variable(variable) => self.binding[variable],
+                    Arg::Object(object) => object,
                 };
-                if known.is_empty() {
-                    (0..relation.len()).for_each(|row| next(self, row));
-                } else {
-                    let value = |arg: &Arg| match *arg {
-                        Arg::Variable(variable) => self.binding[variable],
-                        Arg::Object(object) => object,
-                    };
-                    let objects: Vec<u32> = known.iter().map(|(_, arg)| value(arg)).collect();
-                    for &row in relation.group(&places[at], &objects) {
-                        next(self, row as usize);
-                    }
+                let objects: Vec<u32> = pattern.known.iter().map(|(_, arg)| value(arg)).collect();
+                for &row in relation.group(&places[at], &objects) {
+                    self.match_row(pattern, row as usize, (at, truth));
                 }
             }
+        }
+    }
+
+    /// Goes on from step `at` with one row of its relation, if that agrees with the binding.
+    fn match_row(&mut self, pattern: &Pattern, row: usize, (at, truth): (usize, Truth)) {
+        let relation = &self.extension.relations[pattern.relation];
+        let tuple = relation.tuple(row);
+        for &(place, variable) in &pattern.free {
+            if !self.allowed[variable][tuple[place] as usize] {
+                return;
+            }
+            self.binding[variable] = tuple[place];
+        }
+        if pattern.again.iter().all(|&(place, v)| tuple[place] == self.binding[v]) {
+            self.extend(at + 1, truth.min(relation.truth_of_row(row)));
         }
     }
 

@@ -113,10 +113,10 @@ impl Extension {
     /// Applies each rule once to the facts as they are; returns whether anything rose.
     fn pass(&mut self, rules: &[&Rule], universe: &Universe<'_>) -> bool {
         for step in rules.iter().flat_map(|rule| &rule.steps) {
-            if let Step::Match { relation, .. } = step {
+            if let Step::Match(pattern) = step {
                 let places = known_places(step);
                 if !places.is_empty() {
-                    self.relations[*relation].index(&places);
+                    self.relations[pattern.relation].index(&places);
                 }
             }
         }

@@ -23,16 +23,21 @@ pub(super) enum Step {
     /// A conjunct whose variables are bound, and which is no atom of the next two kinds.
     Check(Condition),
     /// A positive atom: goes through the rows that agree with what is bound.
-    Match {
-        relation: usize,
-        /// Bound places, and the places that a variable bound by this very step stands at again.
-        known: Vec<(usize, Arg)>,
-        again: Vec<(usize, usize)>,
-        /// (place, variable) of what this step binds.
-        free: Vec<(usize, usize)>,
-    },
+    Match(Pattern),
     /// A variable that no atom binds: goes through all its objects.
     Range(usize),
+}
+
+/// An atom that is matched with the rows of a relation.
+#[derive(Debug)]
+pub(super) struct Pattern {
+    pub(super) relation: usize,
+    /// Bound places.
+    pub(super) known: Vec<(usize, Arg)>,
+    /// (place, variable) where a variable bound by this very step stands again.
+    pub(super) again: Vec<(usize, usize)>,
+    /// (place, variable) of what this step binds.
+    pub(super) free: Vec<(usize, usize)>,
 }
 
 /// An argument that is known when its step is reached.
@@ -165,6 +170,8 @@ fn matching(relation: usize, args: &[Arg], bound: &mut [bool]) -> Step {
             Arg::Variable(_) | Arg::Object(_) => known.push((place, *arg)),
         }
     }
-    free.iter().for_each(|&(_, variable)| bound[variable] = true);
-    Step::Match { relation, known, again, free }
+    for &(_, variable) in &free {
+        bound[variable] = true;
+    }
+    Step::Match(Pattern { relation, known, again, free })
 }

@@ -90,29 +90,9 @@ fn by_definition(axioms: &[Axiom], universe: &Universe<'_>, base: &Facts) -> Fac
     facts.known.retain(|atom| !heads.contains(&atom.predicate));
     facts.unknown.retain(|atom| !heads.contains(&atom.predicate));
     for stratum in stratify(axioms).unwrap() {
+        let rules: Vec<&Axiom> = stratum.rules.iter().map(|&idx| &axioms[idx]).collect();
         loop {
-            let mut risen = Vec::new();
-            for &rule in &stratum.rules {
-                let Axiom { head, body } = &axioms[rule];
-                let mut tuples: Vec<Vec<Name>> = vec![Vec::new()];
-                for param in &head.params {
-                    let more = |tuple: &Vec<Name>| {
-                        let objects = universe.of(&param.types).cloned();
-                        let longer = |o| tuple.iter().cloned().chain([o]).collect();
-                        objects.map(longer).collect::<Vec<Vec<Name>>>()
-                    };
-                    tuples = tuples.iter().flat_map(more).collect();
-                }
-                for args in tuples {
-                    let names = head.params.iter().map(|p| p.name.clone());
-                    let bindings: Bindings = names.zip(args.iter().cloned()).collect();
-                    let truth = evaluate(body, &bindings, universe, &|atom| facts.truth(atom));
-                    let atom = Atom { predicate: head.name.clone(), args };
-                    if truth > facts.truth(&atom) {
-                        risen.push((atom, truth));
-                    }
-                }
-            }
+            let risen = risen(&rules, universe, &facts);
             if risen.is_empty() {
                 break;
             }
@@ -123,6 +103,34 @@ fn by_definition(axioms: &[Axiom], universe: &Universe<'_>, base: &Facts) -> Fac
         }
     }
     facts
+}
+
+/// The heads whose rules give them more than the facts do.
+fn risen(rules: &[&Axiom], universe: &Universe<'_>, facts: &Facts) -> Vec<(Atom, Truth)> {
+    let mut risen = Vec::new();
+    for Axiom { head, body } in rules {
+        for args in tuples(&head.params, universe) {
+            let names = head.params.iter().map(|p| p.name.clone());
+            let bindings: Bindings = names.zip(args.iter().cloned()).collect();
+            let truth = evaluate(body, &bindings, universe, &|atom| facts.truth(atom));
+            let atom = Atom { predicate: head.name.clone(), args };
+            if truth > facts.truth(&atom) {
+                risen.push((atom, truth));
+            }
+        }
+    }
+    risen
+}
+
+/// Every way to fill in the parameters.
+fn tuples(params: &[Typed], universe: &Universe<'_>) -> Vec<Vec<Name>> {
+    params.iter().fold(vec![Vec::new()], |tuples, param| {
+        let longer = |tuple: &Vec<Name>| {
+            let objects = universe.of(&param.types).cloned();
+            objects.map(|o| tuple.iter().cloned().chain([o]).collect()).collect::<Vec<_>>()
+        };
+        tuples.iter().flat_map(longer).collect()
+    })
 }
 
 /// Rules over two types, with all that a body may hold.

@@ -158,7 +158,10 @@ fn args_from_wire(
     record.args.iter().take(n_args).map(|arg| name_from_wire("argument", arg)).collect()
 }
 
-pub(super) fn step_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Step, WireError> {
+pub(super) fn step_from_wire(
+    record: &StepRecord,
+    vocabulary: &Vocabulary,
+) -> Result<Step, WireError> {
     let action = name_from_wire("action", &record.action)?;
     let schema = vocabulary
         .domain
@@ -167,4 +170,3 @@ pub(super) fn step_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Re
     let args = args_from_wire("step arguments", record, schema.params.len())?;
     Ok(Step { action, args })
 }
-

@@ -10,9 +10,7 @@ use crate::grounding::Doubt;
 use crate::messages::{Cause, GoalMessage, Origin, Scene, SceneFact, StepOutcome};
 use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
-use crate::transport::wire::{
-    ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader,
-};
+use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader};
 
 /// Most records of one scene.
 const SCENE_RECORDS_MAX: usize = 65_536;

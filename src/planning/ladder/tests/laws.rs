@@ -4,8 +4,8 @@ use proptest::prelude::*;
 
 use super::random::{N_ATOMS, RandomTask, distances, state, tasks};
 use super::*;
-use crate::planning::ladder::ground::statics_of;
 use crate::planning::ladder::followed::{Followed, RestFound, leads_to_goal};
+use crate::planning::ladder::ground::statics_of;
 
 fn price(steps: &[Step], failures: &BTreeMap<Step, u32>) -> u64 {
     let cost = |step| 1 + u64::from(failures.get(step).copied().unwrap_or(0) * PENALTY);
@@ -38,7 +38,11 @@ fn same_statics(domain: &Domain, states: [usize; 2]) -> [State; 2] {
     for idx in 0..N_ATOMS {
         let atom = Atom::new(&format!("p{idx}"), &[]);
         if statics.contains(&atom) {
-            if first.contains(&atom) { second.insert(atom) } else { second.remove(&atom) };
+            if first.contains(&atom) {
+                second.insert(atom)
+            } else {
+                second.remove(&atom)
+            };
         }
     }
     [first, second]

@@ -54,7 +54,12 @@ struct Desk {
 }
 
 impl Desk {
-    fn new(domain: &Arc<Domain>, objects: &[Typed], goal: Condition, settings: LadderSettings) -> Self {
+    fn new(
+        domain: &Arc<Domain>,
+        objects: &[Typed],
+        goal: Condition,
+        settings: LadderSettings,
+    ) -> Self {
         Self {
             domain: Arc::clone(domain),
             objects: objects.to_vec(),

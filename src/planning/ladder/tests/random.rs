@@ -41,8 +41,9 @@ pub(super) fn state(bits: usize) -> State {
 }
 
 fn literal(names: &'static [&'static str]) -> impl Strategy<Value = String> {
-    (prop::sample::select(names), any::<bool>())
-        .prop_map(|(name, positive)| if positive { format!("({name})") } else { format!("(not ({name}))") })
+    (prop::sample::select(names), any::<bool>()).prop_map(|(name, positive)| {
+        if positive { format!("({name})") } else { format!("(not ({name}))") }
+    })
 }
 
 const BASIC: &[&str] = &["p0", "p1", "p2", "p3", "p4"];
@@ -75,13 +76,16 @@ pub(super) fn tasks(plain: bool) -> impl Strategy<Value = RandomTask> {
     (actions, rules, condition(names), states, failures).prop_map(
         move |(actions, rules, goal, states, failures)| {
             let actions = actions.iter().enumerate().map(|(idx, (precondition, effect))| {
-                format!("(:action a{idx} :parameters () :precondition {precondition} :effect {effect})")
+                format!(
+                    "(:action a{idx} :parameters () :precondition {precondition} :effect {effect})"
+                )
             });
             let actions: String = actions.collect();
             let rules = format!("(:derived (d0) {}) (:derived (d1) {})", rules.0, rules.1);
             let rules = if plain { "" } else { rules.as_str() };
             let predicates: String = ALL.iter().map(|name| format!("({name})")).collect();
-            let text = format!("(define (domain random) (:predicates {predicates}) {rules} {actions})");
+            let text =
+                format!("(define (domain random) (:predicates {predicates}) {rules} {actions})");
             RandomTask { text, goal, states, failures }
         },
     )

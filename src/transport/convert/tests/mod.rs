@@ -19,8 +19,8 @@ use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
 use crate::planning::Rung;
 use crate::scene::{SceneObject, Truth, Visibility, Volume};
 use crate::transport::wire::{
-    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord,
-    RobotStateRecord, SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
+    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord, RobotStateRecord,
+    SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
 };
 
 const CAUSE: Cause = Cause { cycle: 7, frame_sequence: 70, capture_ns: 700, frame_send_ns: 7000 };
