@@ -25,8 +25,8 @@ impl Executive {
         }
     }
 
-    /// Without a plan in time the running step goes on: it was right when it was started. When
-    /// none runs, the robot holds. After `limits.late_plans_max` such plans in a row the loop gives
+    /// Without a plan in time the running step goes on, unless its target has moved: it was right
+    /// when it was started. When none runs, the robot holds. After `limits.late_plans_max` such plans in a row the loop gives
     /// up.
     pub(super) fn do_without_plan(&mut self, cycle: &mut Cycle<'_>, limit: &str) -> Answer {
         let late_plans_max = cycle.config.limits.late_plans_max;
@@ -38,7 +38,10 @@ impl Executive {
             cycle.note(Note::Look { reason: format!("the planner is late ({limit})") });
         }
         match self.phase {
-            Phase::Running(_) => Answer::Command(CommandKind::Continue),
+            Phase::Running(_) => match self.moved(cycle).filter(|_| cycle.is_settled()) {
+                Some(reason) => self.preempt(cycle, reason),
+                None => Answer::Command(CommandKind::Continue),
+            },
             Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => {
                 Answer::Command(CommandKind::Hold)
             }

@@ -2,6 +2,7 @@
 
 mod dispatch;
 mod endings;
+mod late;
 mod looking;
 mod property;
 

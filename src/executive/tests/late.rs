@@ -1,0 +1,81 @@
+//! What happens while there is no plan in time, and on facts that cannot be.
+
+use super::*;
+
+const PICK: &str = "pick_up red_block arm";
+
+fn late() -> PlanVerdict {
+    PlanVerdict::OutOfBudget { limit: "deadline_ms = 20".to_owned() }
+}
+
+#[test]
+fn a_running_step_goes_on_without_a_plan_in_time() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    episode.plan = late();
+    for _ in 0..episode.config.limits.late_plans_max {
+        let decision = episode.cycle();
+        assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
+        assert_eq!(episode.executive.running_step(), Some(&step(PICK)));
+    }
+    // A plan that comes in time ends the row.
+    assert_eq!(episode.plan(&[PICK]).cycle().verdict, None);
+    episode.plan = late();
+    let decision = episode.cycle();
+    assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
+    episode.move_object("red_block", 0.1);
+    assert_eq!(episode.cycle().command.kind, CommandKind::BreakOff, "its target is gone");
+}
+
+#[test]
+fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
+    let mut episode = Episode::new();
+    episode.config.limits.late_plans_max = 3;
+    episode.plan = late();
+    let first = episode.cycle();
+    assert_eq!((first.command.kind, first.verdict), (CommandKind::Hold, None));
+    let told = first.notes.iter().filter_map(|note| match note {
+        Note::Look { reason } => Some(reason.as_str()),
+        _ => None,
+    });
+    assert_eq!(told.collect::<Vec<_>>(), ["the planner is late (deadline_ms = 20)"]);
+    for _ in 0..2 {
+        let decision = episode.cycle();
+        assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Hold, None));
+        assert!(decision.notes.iter().all(|note| !matches!(note, Note::Look { .. })));
+    }
+    let last = episode.cycle();
+    let verdict = last.verdict.unwrap();
+    let reason = "limits.late_plans_max: no plan within deadline_ms = 20, 3 times in a row";
+    assert_eq!((verdict.reason().as_str(), verdict.exit_code()), (reason, 4));
+    assert_eq!(last.command.kind, CommandKind::Hold);
+}
+
+#[test]
+fn a_late_plan_is_followed_by_the_next_one() {
+    let mut episode = Episode::new();
+    episode.plan = late();
+    assert_eq!(episode.cycle().command.kind, CommandKind::Hold);
+    episode.start(PICK);
+}
+
+#[test]
+fn facts_that_exclude_each_other_are_looked_at_again_and_named_in_the_end() {
+    let mut episode = Episode::new();
+    episode.config.limits.looks_max = 4;
+    let atoms = vec![atom("holding red_block"), atom("ontable red_block")];
+    episode.plan = PlanVerdict::Inconsistent { atoms };
+    let decision = episode.cycle();
+    assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
+    let (n, verdict) = episode.run_out(9);
+    assert_eq!(n, 4);
+    let reason = "limits.looks_max: these facts exclude each other: (holding red_block), (ontable red_block)";
+    assert_eq!(verdict.reason(), reason);
+    // Right again: the loop goes on.
+    let mut repaired = Episode::new();
+    repaired.plan = PlanVerdict::Inconsistent { atoms: Vec::new() };
+    assert_eq!(repaired.cycle().verdict, None);
+    repaired.start(PICK);
+    repaired.plan = PlanVerdict::Inconsistent { atoms: Vec::new() };
+    assert_eq!(repaired.cycle().command.kind, CommandKind::Continue, "the step goes on");
+}
