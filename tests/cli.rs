@@ -498,7 +498,7 @@ fn a_goal_about_something_else_is_refused() {
 // ── run ─────────────────────────────────────────────────────────────────────────────────────────
 
 /// What the JSON of an episode holds, in this order.
-const REPORT_KEYS: [&str; 17] = [
+const REPORT_KEYS: [&str; 18] = [
     "verdict",
     "reason",
     "seed",
@@ -510,6 +510,7 @@ const REPORT_KEYS: [&str; 17] = [
     "sim_seconds",
     "wall_seconds",
     "cpu_ms_per_frame",
+    "rungs",
     "decision_hash",
     "latency_us",
     "plan",

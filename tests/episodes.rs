@@ -83,6 +83,7 @@ fn the_same_seed_gives_the_same_decisions_on_a_loaded_machine_too() {
         loaded
     });
     assert_eq!(quiet.report.decision_hash, loaded.report.decision_hash);
+    assert_eq!(quiet.report.rungs, loaded.report.rungs, "the table is used from the same cycle on");
     assert_eq!(quiet.report.facts, loaded.report.facts);
 }
 
@@ -111,6 +112,24 @@ fn a_panic_in_any_actor_changes_nothing() {
     assert_eq!(shaken.report.verdict, "reached");
     assert_eq!(shaken.report.goal_in_simulator, Some(true));
     assert_eq!(shaken.report.decision_hash, calm.report.decision_hash);
+}
+
+/// The distance table is asked for with the first plan and taken over at its cycle: a planner that
+/// panics while it is being made has it made again, and takes it over at the same cycle.
+#[test]
+fn a_panic_while_a_distance_table_is_made_changes_nothing() {
+    let sets = ["sim.scene=scenes/three_blocks.toml", "goal.text=red over blue over green"];
+    let run = |more: &[&str]| episode(small("blocksworld_disturbed.toml", &[&sets, more].concat()));
+    let calm = run(&[]);
+    assert!(calm.report.rungs.contains_key("trajectory"), "{:?}", calm.report.rungs);
+    let panics = [4, 7, 11, 15].map(|n| format!("{{ actor = \"planner\", at_message = {n} }}"));
+    let shaken = run(&[&format!("panic=[{}]", panics.join(", "))]);
+    assert_eq!(shaken.n_panics, 4);
+    assert_eq!(shaken.report.decision_hash, calm.report.decision_hash);
+    assert_eq!(shaken.report.rungs, calm.report.rungs);
+    let without = run(&["planner.rungs=[\"search\"]"]);
+    assert_eq!(without.report.verdict, "reached");
+    assert!(without.report.rungs.keys().all(|rung| ["goal", "search", "unchanged"].contains(rung)));
 }
 
 #[test]

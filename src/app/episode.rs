@@ -141,6 +141,7 @@ fn report(
         sim_seconds: end.tally.run_seconds(),
         wall_seconds,
         cpu_ms_per_frame: cpu_seconds * 1000.0 / (frames.max(1) as f64),
+        rungs: end.tally.rungs.clone(),
         decision_hash: end.tally.decision_hash(),
         latency_us: Latencies::of(end),
         plan: end.remaining.iter().map(ToString::to_string).collect(),

@@ -34,6 +34,8 @@ pub struct Tally {
     pub ground: Latency,
     /// Scene graph → plan.
     pub plan: Latency,
+    /// How often each rung of the replanning ladder has answered.
+    pub rungs: BTreeMap<&'static str, u64>,
     hash: Sha256,
     first_ns: Option<u64>,
     last_ns: u64,
@@ -52,6 +54,9 @@ impl Tally {
         self.detect.record_us(scene.detect_us.into());
         self.ground.record_us(scene.ground_us.into());
         self.plan.record_us(plan.plan_us.into());
+        if let Some(rung) = plan.rung {
+            *self.rungs.entry(rung.name()).or_default() += 1;
+        }
         self.first_ns.get_or_insert(scene.cause.capture_ns);
         self.last_ns = scene.cause.capture_ns;
         self.digest(scene, plan, decision);

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
-use crate::config::DomainFolder;
+use crate::config::{DomainFolder, TableConfig};
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
-use crate::planning::{Budget, Outcome, Plan, Rung, Statistics};
+use crate::planning::{Budget, Outcome, Plan, Rung, Statistics, TableEnd};
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;
@@ -322,4 +322,108 @@ fn a_planner_without_options_refuses_them() {
     let error = embedded::build(&settings).unwrap_err().to_string();
     let wanted = "run.toml: planner.options.speed: the planner \"embedded\" has no options";
     assert_eq!(error, wanted);
+}
+
+/// A desk whose first plan has been made in cycle 1, so that a table is wanted.
+fn desk_with_request(adopt_after_cycles: u64) -> Desk {
+    let table = TableConfig { states_max: 1000, bytes_max: 1 << 20, adopt_after_cycles };
+    let mut desk = Desk::with(TOWER, &PlannerConfig { table, ..config() });
+    let mut first = scene(&[]);
+    first.cause.cycle = 1;
+    desk.plan(&first);
+    desk
+}
+
+#[test]
+fn a_table_is_taken_over_at_its_cycle_and_answers_from_then_on() {
+    let mut desk = desk_with_request(3);
+    let due = |desk: &Desk| [1, 3, 4, 9].map(|cycle| desk.replanner.is_table_due(cycle));
+    assert_eq!(due(&desk), [None, None, Some(true), Some(true)]);
+    let mut tables = TableBuilder::default();
+    let request = desk.replanner.pending().unwrap().clone();
+    tables.start(&request);
+    // A checkpoint from before, and a builder that has not been told anything: the same end.
+    let (before, mut restarted) = (desk.replanner.clone(), TableBuilder::default());
+    let n_states = |end: &TableEnd| {
+        let TableEnd::Built(table) = end else { panic!("{end:?}") };
+        table.n_states()
+    };
+    let end = tables.result(&request, true).unwrap();
+    let again = restarted.result(before.pending().unwrap(), true).unwrap();
+    assert_eq!(n_states(&end), n_states(&again));
+    desk.replanner.adopt(end);
+    assert!(desk.replanner.pending().is_none());
+    assert_eq!(due(&desk), [None; 4]);
+    let disturbed = scene(&[["a", "c"]]);
+    let replan = desk.replanner.replan(&disturbed, &desk.goal, &desk.failures);
+    assert_eq!((replan.rung, replan.expansions), (Some(Rung::Table), 0));
+    let PlanVerdict::Plan { steps, cost: 6 } = replan.verdict else { panic!("{replan:?}") };
+    desk.check_reaches(&disturbed, &steps);
+    assert_eq!(desk.n_calls(), 1);
+}
+
+#[test]
+fn in_real_time_a_table_is_taken_over_when_it_is_ready() {
+    let desk = desk_with_request(3);
+    let replanner = desk.replanner.adopting(Adoption::WhenReady);
+    assert_eq!(replanner.is_table_due(1), Some(false));
+    let request = replanner.pending().unwrap();
+    let mut tables = TableBuilder::default();
+    let end = std::iter::repeat_with(|| tables.result(request, false)).find_map(|end| end);
+    assert!(matches!(end, Some(TableEnd::Built(_))), "{end:?}");
+}
+
+/// Answers only while nobody interrupts.
+#[derive(Debug)]
+struct Impatient;
+
+impl Planner for Impatient {
+    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
+        assert!((query.interrupt)());
+        let outcome = Outcome::OutOfBudget { limit: "deadline_ms", value: 0 };
+        Answer { outcome, statistics: Statistics::default() }
+    }
+}
+
+#[test]
+fn a_search_that_was_interrupted_is_tried_again_in_the_same_state() {
+    let mut desk = Desk::new(TOWER);
+    let table = scene(&[]);
+    let patient = desk.replanner.clone();
+    desk.replanner =
+        Replanner::new(Arc::clone(&desk.domain), Arc::new(Impatient), &config(), Vec::new());
+    desk.replanner.observe(&table, &desk.goal);
+    for _ in 0..2 {
+        let decided = desk.replanner.decide(&table, &desk.goal, &desk.failures, &|| true);
+        assert_eq!(decided.rung, Some(Rung::Search));
+        let verdict = desk.replanner.verdict(decided.end);
+        assert!(matches!(verdict, PlanVerdict::OutOfBudget { .. }), "{verdict:?}");
+    }
+    desk.replanner = patient;
+    assert_eq!(desk.plan(&table).len(), 4);
+}
+
+#[test]
+fn facts_that_exclude_each_other_are_no_state_to_plan_from() {
+    let mut desk = Desk::new(TOWER);
+    let right = scene(&[["a", "b"]]).confirmed();
+    let planner = Arc::clone(&desk.planner) as Arc<dyn Planner>;
+    desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, &config(), vec![right]);
+    let mut wrong = scene(&[]).confirmed();
+    wrong.known.insert(Atom::new("holding", &["a"]));
+    let PlanVerdict::Inconsistent { atoms } = desk.ask(&scene_of(&wrong)) else { panic!() };
+    assert!(atoms.contains(&Atom::new("holding", &["a"])), "{atoms:?}");
+    assert_eq!(desk.n_calls(), 0);
+    assert_eq!(desk.plan(&scene(&[])).len(), 4);
+}
+
+#[test]
+fn a_plan_that_does_not_work_is_refused_by_its_step() {
+    let mut desk = Desk::new("(on b c)");
+    let wrong = ["pick_up b arm", "stack b a arm", "pick_up a arm"].map(step);
+    let planner = Arc::new(Scripted(wrong.to_vec()));
+    desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, &config(), Vec::new());
+    let verdict = desk.ask(&scene(&[]));
+    let PlanVerdict::Unsupported { feature } = verdict else { panic!("{verdict:?}") };
+    assert_eq!(feature, "the plan does not lead to the goal");
 }
