@@ -21,17 +21,11 @@ pub(super) use max::Max;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Prepared {
     graph: OnceLock<graph::Graph>,
-    groups: OnceLock<Vec<Vec<u32>>>,
 }
 
 impl Prepared {
     fn graph(task: &Task) -> &graph::Graph {
         task.prepared.graph.get_or_init(|| graph::Graph::new(task))
-    }
-
-    /// Groups of atoms of which at most one can hold.
-    fn groups(task: &Task) -> &[Vec<u32>] {
-        task.prepared.groups.get_or_init(Vec::new)
     }
 }
 

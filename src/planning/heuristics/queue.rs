@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Costs below this have a bucket each; the rest goes to a heap.
-const BUCKETS_MAX: u64 = 4096;
+const BUCKETS_MAX: u32 = 4096;
 
 /// Cheapest first; among equals, last in, first out for small costs.
 #[derive(Debug, Clone, Default)]
@@ -13,12 +13,12 @@ pub(super) struct Queue {
     /// No bucket before this one has an entry.
     first: usize,
     n_in_buckets: usize,
-    far: BinaryHeap<Reverse<(u64, u32)>>,
+    far: BinaryHeap<Reverse<(u32, u32)>>,
 }
 
 impl Queue {
     /// Adds a node; `cost` must not be below that of the last one taken out.
-    pub(super) fn push(&mut self, cost: u64, node: u32) {
+    pub(super) fn push(&mut self, cost: u32, node: u32) {
         if cost < BUCKETS_MAX {
             let cost = cost as usize;
             if cost >= self.buckets.len() {
@@ -33,14 +33,14 @@ impl Queue {
     }
 
     /// The cheapest node with its cost.
-    pub(super) fn pop(&mut self) -> Option<(u64, u32)> {
+    pub(super) fn pop(&mut self) -> Option<(u32, u32)> {
         if self.n_in_buckets == 0 {
             return self.far.pop().map(|Reverse(entry)| entry);
         }
         loop {
             if let Some(node) = self.buckets[self.first].pop() {
                 self.n_in_buckets -= 1;
-                return Some((self.first as u64, node));
+                return Some((self.first as u32, node));
             }
             self.first += 1;
         }

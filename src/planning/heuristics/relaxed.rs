@@ -1,10 +1,15 @@
 //! Costs in the delete relaxation: of every node, for one state.
+//!
+//! They are 32 bits wide, for speed, and saturate: never more than they should be.
 
 use super::graph::{GOAL, Graph, NONE};
 use super::queue::Queue;
 
 /// Cost of a node that is not reached.
-pub(super) const UNREACHED: u64 = u64::MAX;
+const UNREACHED: u32 = u32::MAX;
+
+/// Largest cost of a node that is reached.
+const COST_MAX: u32 = UNREACHED - 1;
 
 /// How the costs of an edge's tail are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +23,8 @@ pub(super) enum Combine {
 /// What is known of an edge while costs are computed.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
-    /// The edge's cost and, for sums, that of the reached part of its tail.
-    cost: u64,
+    /// Cost of the reached part of its tail.
+    cost: u32,
     /// Parts of the tail that are not reached.
     n_missing: u32,
 }
@@ -28,7 +33,8 @@ struct Pending {
 pub(super) struct Relaxation<'a> {
     pub(super) graph: &'a Graph,
     combine: Combine,
-    cost: Vec<u64>,
+    edge_costs: Vec<u32>,
+    cost: Vec<u32>,
     /// The edge that gave each node its cost; [`NONE`] for those that hold in the state.
     supporter: Vec<u32>,
     pending: Vec<Pending>,
@@ -44,13 +50,14 @@ pub(super) struct Relaxation<'a> {
 impl<'a> Relaxation<'a> {
     /// `costs` are the actions' costs.
     pub(super) fn new(graph: &'a Graph, costs: &[u64], combine: Combine) -> Self {
-        let n_missing = (0..graph.n_edges() as u32).map(|edge| graph.tails.get(edge).len() as u32);
-        let fresh = graph.edge_costs(costs).into_iter().zip(n_missing);
+        let tails = (0..graph.n_edges() as u32).map(|edge| graph.tails.get(edge));
         let fresh: Vec<Pending> =
-            fresh.map(|(cost, n_missing)| Pending { cost, n_missing }).collect();
+            tails.map(|tail| Pending { cost: 0, n_missing: tail.len() as u32 }).collect();
+        let edge_costs = graph.edge_costs(costs).into_iter();
         Self {
             graph,
             combine,
+            edge_costs: edge_costs.map(|cost| cost.min(u64::from(COST_MAX)) as u32).collect(),
             cost: vec![UNREACHED; graph.n_nodes],
             supporter: vec![NONE; graph.n_nodes],
             pending: fresh.clone(),
@@ -64,7 +71,19 @@ impl<'a> Relaxation<'a> {
 
     /// Computes costs for a state until that of the goal is known; returns it.
     pub(super) fn explore(&mut self, state: &[u64]) -> Option<u64> {
-        let Self { graph, cost: costs, supporter, pending, queue, .. } = self;
+        match self.combine {
+            Combine::Sum => self.explore_by(state, u32::saturating_add),
+            // The part reached last is the dearest.
+            Combine::Max => self.explore_by(state, |_, last| last),
+        }
+    }
+
+    fn explore_by(&mut self, state: &[u64], combine: impl Fn(u32, u32) -> u32) -> Option<u64> {
+        let Self { graph, queue, .. } = self;
+        let edge_costs = self.edge_costs.as_slice();
+        let costs = self.cost.as_mut_slice();
+        let supporter = self.supporter.as_mut_slice();
+        let pending = self.pending.as_mut_slice();
         costs.fill(UNREACHED);
         pending.copy_from_slice(&self.fresh);
         graph.each_holding(state, |node| {
@@ -82,19 +101,15 @@ impl<'a> Relaxation<'a> {
             for &edge in graph.waiting.get(node) {
                 let Pending { cost: total, n_missing } = &mut pending[edge as usize];
                 *n_missing -= 1;
-                match self.combine {
-                    Combine::Sum => *total = total.saturating_add(cost),
-                    Combine::Max if *n_missing == 0 => *total = total.saturating_add(cost),
-                    Combine::Max => {}
-                }
+                *total = combine(*total, cost);
                 if *n_missing > 0 {
                     continue;
                 }
-                // One below the mark for "not reached".
-                let total = (*total).min(UNREACHED - 1);
+                let total = total.saturating_add(edge_costs[edge as usize]).min(COST_MAX);
                 for &head in graph.heads.get(edge) {
-                    if total < costs[head as usize] {
-                        costs[head as usize] = total;
+                    let known = &mut costs[head as usize];
+                    if total < *known {
+                        *known = total;
                         supporter[head as usize] = edge;
                         queue.push(total, head);
                     }
@@ -103,7 +118,7 @@ impl<'a> Relaxation<'a> {
         }
         queue.clear();
         let cost = costs[GOAL as usize];
-        (cost != UNREACHED).then_some(cost)
+        (cost != UNREACHED).then_some(u64::from(cost))
     }
 
     /// The actions of a relaxed plan for the state looked at last, each once, in rising order.

@@ -44,10 +44,6 @@ impl Rows {
         Self { words, data: vec![0; n_rows * words] }
     }
 
-    pub(super) fn n_rows(&self) -> usize {
-        self.data.len().checked_div(self.words).unwrap_or(0)
-    }
-
     pub(super) fn get(&self, row: usize) -> &[u64] {
         &self.data[row * self.words..(row + 1) * self.words]
     }

@@ -33,7 +33,7 @@ impl Landmarks {
         let graph = Prepared::graph(task);
         let found = NodeLandmarks::find(graph, state)?;
         let nodes = found.of_goal(graph);
-        let orders = orders::orders(graph, &found, &nodes, Prepared::groups(task));
+        let orders = orders::orders(graph, &found, &nodes);
         let literals: Vec<(u32, bool)> =
             nodes.iter().filter_map(|&node| graph.literals[node as usize]).collect();
         let mut achievers = Vec::new();

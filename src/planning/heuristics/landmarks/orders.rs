@@ -1,4 +1,7 @@
-//! In which order landmarks are to be reached.
+//! In which order landmarks have to be reached.
+//!
+//! Only orders that every plan keeps. Reasonable orders (the other order would be undone), drawn
+//! from mutex groups, gave plans of 40 blocks that are 7 % shorter for twice the expansions.
 //!
 //! Source: Hoffmann, Porteous, Sebastia: Ordered landmarks in planning, 2004; Richter, Westphal:
 //! The LAMA planner, 2010, section 4.
@@ -9,7 +12,7 @@ use crate::planning::heuristics::graph::{GOAL, Graph, NONE};
 
 /// Orders between landmarks, by their numbers.
 pub(super) struct Orders {
-    /// What comes before each landmark, by necessity or because the other order would be undone.
+    /// What every plan reaches before each landmark.
     pub(super) before: Rows,
     /// For each landmark, those that need it to hold right before they first hold.
     pub(super) needing: Rows,
@@ -17,13 +20,8 @@ pub(super) struct Orders {
     pub(super) goals: Vec<u64>,
 }
 
-/// Finds the orders of landmarks, given as nodes; `groups` are atoms of which at most one can hold.
-pub(super) fn orders(
-    graph: &Graph,
-    found: &NodeLandmarks,
-    landmarks: &[u32],
-    groups: &[Vec<u32>],
-) -> Orders {
+/// Finds the orders of landmarks, given as nodes.
+pub(super) fn orders(graph: &Graph, found: &NodeLandmarks, landmarks: &[u32]) -> Orders {
     let n = landmarks.len();
     let mut number = vec![NONE; graph.n_nodes];
     for (idx, &node) in (0..).zip(landmarks) {
@@ -31,7 +29,6 @@ pub(super) fn orders(
     }
     let mut before = Rows::new(n, n);
     let mut needing = Rows::new(n, n);
-    let mut needs = Rows::new(n, n);
     let mut goals = vec![0; bits::n_words(n)];
     let mut scratch = Scratch::new(graph);
     for node in scratch.asked_by_all(graph, found, GOAL) {
@@ -49,87 +46,10 @@ pub(super) fn orders(
             let other = number[other as usize];
             if other != NONE {
                 bits::insert(needing.get_mut(other as usize), idx);
-                bits::insert(needs.get_mut(idx), other as usize);
             }
         }
     }
-    let exclusive = exclusive(graph, landmarks, groups);
-    let mut orders = Orders { before, needing, goals };
-    orders.add_reasonable(&needs, &exclusive);
-    orders
-}
-
-/// Which landmarks cannot hold together.
-fn exclusive(graph: &Graph, landmarks: &[u32], groups: &[Vec<u32>]) -> Rows {
-    let n = landmarks.len();
-    let mut rows = Rows::new(n, n);
-    let mut number = std::collections::BTreeMap::new();
-    for (idx, &node) in landmarks.iter().enumerate() {
-        if let Some((atom, true)) = graph.literals[node as usize] {
-            number.insert(atom, idx);
-        }
-    }
-    for group in groups {
-        let members: Vec<usize> = group.iter().filter_map(|a| number.get(a).copied()).collect();
-        for &one in &members {
-            for &other in members.iter().filter(|&&other| other != one) {
-                bits::insert(rows.get_mut(one), other);
-            }
-        }
-    }
-    rows
-}
-
-impl Orders {
-    /// One landmark is to come before another if reaching it would undo the other.
-    fn add_reasonable(&mut self, needs: &Rows, exclusive: &Rows) {
-        let n = self.before.n_rows();
-        let mut wanted = Vec::new();
-        for later in 0..n {
-            let rivals: Vec<usize> = if bits::contains(&self.goals, later) {
-                bits::members(&self.goals).collect()
-            } else {
-                let mut rivals = vec![0; self.goals.len()];
-                for child in bits::members(self.needing.get(later)) {
-                    let before = self.before.get(child);
-                    rivals.iter_mut().zip(before).for_each(|(rivals, bits)| *rivals |= bits);
-                }
-                bits::members(&rivals).collect()
-            };
-            for earlier in rivals.into_iter().filter(|&r| r != later) {
-                let clash = exclusive.get(later);
-                let undone = bits::contains(clash, earlier)
-                    || bits::members(needs.get(earlier))
-                        .any(|x| x != later && bits::contains(clash, x));
-                if undone {
-                    wanted.push((earlier, later));
-                }
-            }
-        }
-        for (earlier, later) in wanted {
-            if !self.comes_before(later, earlier) {
-                bits::insert(self.before.get_mut(later), earlier);
-            }
-        }
-    }
-
-    /// Whether the orders put one landmark before another, directly or not.
-    fn comes_before(&self, earlier: usize, later: usize) -> bool {
-        let mut seen = vec![0; self.goals.len()];
-        let mut open = vec![later];
-        while let Some(at) = open.pop() {
-            if at == earlier {
-                return true;
-            }
-            for next in bits::members(self.before.get(at)) {
-                if !bits::contains(&seen, next) {
-                    bits::insert(&mut seen, next);
-                    open.push(next);
-                }
-            }
-        }
-        false
-    }
+    Orders { before, needing, goals }
 }
 
 /// Finds what all first ways to a node ask for.
