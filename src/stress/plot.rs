@@ -16,8 +16,10 @@ const COLOURS: &[(&str, &str)] = &[
     ("trajectory", "#2ca02c"),
     ("suffix", "#17becf"),
     ("table", "#1f77b4"),
+    ("mutex", "#e377c2"),
     ("search", "#ff7f0e"),
     ("improve", "#9467bd"),
+    ("none", "#c7c7c7"),
     ("late", "#d62728"),
     ("fast-downward", "#000000"),
 ];
