@@ -14,6 +14,7 @@ use groundloop::goals::GOALS;
 use groundloop::grounding::{FEATURES, GROUNDERS};
 use groundloop::planners::PLANNERS;
 use groundloop::skills::SKILLS;
+use groundloop::stress::load_stress;
 
 /// Most lines of a file.
 const LINES_MAX: usize = 500;
@@ -126,8 +127,15 @@ fn every_run_file_loads() {
     let files = files_below(&project("configs"), "toml");
     assert!(files.len() >= 6);
     for path in files {
-        let run = load_run(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
-        DomainFolder::find(&run.domain, &path).unwrap_or_else(|e| panic!("{e}"));
+        if path.file_name().unwrap().to_str().unwrap().starts_with("stress") {
+            let stress = load_stress(&path).unwrap_or_else(|e| panic!("{e}"));
+            for case in &stress.case {
+                DomainFolder::find(&case.domain, &path).unwrap_or_else(|e| panic!("{e}"));
+            }
+        } else {
+            let run = load_run(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+            DomainFolder::find(&run.domain, &path).unwrap_or_else(|e| panic!("{e}"));
+        }
         let first = read(&path).lines().next().unwrap_or_default().to_owned();
         assert!(first.starts_with("# "), "{} says what it is in its first line", in_project(&path));
     }

@@ -23,7 +23,7 @@ const GOAL_PARTS_MAX: usize = 3;
 
 /// What brute force has found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Brute {
+pub(crate) enum Brute {
     /// The number of steps of a shortest plan.
     Cheapest(u64),
     /// No state that can be reached has the goal.
@@ -44,13 +44,13 @@ struct Space {
 type State = BTreeSet<Atom>;
 
 /// One random task.
-pub struct SmallTask {
-    pub problem: Problem,
+pub(crate) struct SmallTask {
+    pub(crate) problem: Problem,
     space: Rc<Space>,
 }
 
 /// An endless row of random tasks of one domain.
-pub struct Tasks<'a> {
+pub(crate) struct Tasks<'a> {
     domain: &'a Domain,
     /// Shipped problems that are small enough, with their spaces.
     shipped: Vec<(Problem, Rc<Space>)>,
@@ -58,7 +58,7 @@ pub struct Tasks<'a> {
 }
 
 impl<'a> Tasks<'a> {
-    pub fn new(domain: &'a Domain, shipped: Vec<Problem>, seed: u64) -> Self {
+    pub(crate) fn new(domain: &'a Domain, shipped: Vec<Problem>, seed: u64) -> Self {
         let small = shipped.into_iter().filter(|problem| problem.objects.len() <= OBJECTS_MAX);
         let shipped = small.map(|problem| {
             let space = Rc::new(Space::new(domain, &problem.objects));
@@ -252,7 +252,7 @@ impl Space {
 
 impl SmallTask {
     /// Breadth-first search over interpreted states.
-    pub fn brute_force(&self, states_max: usize) -> Brute {
+    pub(crate) fn brute_force(&self, states_max: usize) -> Brute {
         let mut seen = BTreeSet::from([self.problem.init.clone()]);
         let mut open = VecDeque::from([(self.problem.init.clone(), 0)]);
         while let Some((state, length)) = open.pop_front() {
