@@ -7,6 +7,9 @@ pub enum OptimalHeuristic {
     Blind,
     /// The delete relaxation's dearest goal part: several times fewer states, each dearer.
     Max,
+    /// Pattern databases, made once for a task: the best choice where many states are planned from.
+    /// Blind where they do not apply (axioms).
+    Patterns,
 }
 
 /// How much may be spent, and how it is shared between the searches.

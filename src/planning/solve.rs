@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::formula::Formula;
-use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, Max};
+use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, Max, Patterns, Prepared};
 use super::search::{self, End, Limits};
 use super::task::Task;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
@@ -165,6 +165,10 @@ impl Call<'_> {
         let mut heuristic: Box<dyn Heuristic> = match self.budget.optimal_heuristic {
             OptimalHeuristic::Blind => Box::new(Blind::new(self.task, self.costs)),
             OptimalHeuristic::Max => Box::new(Max::new(self.task, self.costs)),
+            OptimalHeuristic::Patterns => match Prepared::databases(self.task) {
+                Some(databases) => Box::new(Patterns(databases)),
+                None => Box::new(Blind::new(self.task, self.costs)),
+            },
         };
         let (end, lower_bound, phase) =
             search::astar(self.task, self.state, self.costs, &mut *heuristic, limits);

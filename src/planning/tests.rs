@@ -80,8 +80,11 @@ fn brute_force(domain: &Domain, problem: &Problem) -> Option<u64> {
 fn agrees_with_brute_force(domain: &Domain, problem: &Problem) {
     let request = PlanRequest::new(problem);
     let shortest = brute_force(domain, problem);
-    let with_max = Budget { optimal_heuristic: OptimalHeuristic::Max, ..budget(true) };
-    for (budget, optimal) in [(budget(true), true), (with_max, true), (budget(false), false)] {
+    let with = |optimal_heuristic| (Budget { optimal_heuristic, ..budget(true) }, true);
+    let guided = [OptimalHeuristic::Max, OptimalHeuristic::Patterns].map(with);
+    for (budget, optimal) in
+        guided.into_iter().chain([(budget(true), true), (budget(false), false)])
+    {
         match (plan(domain, &request, &budget).outcome, shortest) {
             (Outcome::Unsolvable { .. }, None) => {}
             (Outcome::Solved(plan), Some(shortest)) => {

@@ -3,12 +3,13 @@
 mod blind;
 mod graph;
 mod landmarks;
+mod patterns;
 mod queue;
 mod relaxed;
 mod ff;
 mod max;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::planning::task::Task;
 
@@ -16,16 +17,24 @@ pub(super) use blind::Blind;
 pub(super) use ff::FastForward;
 pub(super) use landmarks::Landmarks;
 pub(super) use max::Max;
+pub(super) use patterns::{Databases, Patterns};
 
 /// What heuristics of one task share: built when first asked for, the same for every state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Prepared {
     graph: OnceLock<graph::Graph>,
+    databases: OnceLock<Option<Arc<Databases>>>,
 }
 
 impl Prepared {
     fn graph(task: &Task) -> &graph::Graph {
         task.prepared.graph.get_or_init(|| graph::Graph::new(task))
+    }
+
+    /// The task's pattern databases; none where they do not apply.
+    pub(super) fn databases(task: &Task) -> Option<&Databases> {
+        let make = || Databases::new(task).map(Arc::new);
+        task.prepared.databases.get_or_init(make).as_deref()
     }
 }
 
