@@ -241,7 +241,7 @@ impl Build<'_> {
     }
 
     /// The limit that is not kept. What is still to come is counted, too: the edges backwards,
-    /// distances and next steps, a queue.
+    /// distances and next steps, a queue. So is the table that is extended: somebody uses it.
     fn over_limit(&self) -> Option<(&'static str, usize)> {
         let TableLimits { states_max, bytes_max } = self.job.limits;
         let (states, Edges { first, targets, operators }) = (&self.table.states, &self.edges);
@@ -249,7 +249,9 @@ impl Build<'_> {
         let per_edge = size_of::<u32>() * if operators.is_empty() { 1 } else { 2 };
         let edges =
             (first.capacity() + targets.capacity() + operators.capacity()) * size_of::<u32>();
-        let bytes = states.bytes() + edges + states.len() * per_state + targets.len() * per_edge;
+        let base = self.job.base.as_ref().map_or(0, |base| base.bytes());
+        let to_come = states.len() * per_state + targets.len() * per_edge;
+        let bytes = base + states.bytes() + edges + to_come;
         if states.len() > states_max.min(NONE as usize - 1) {
             Some(("planner.table.states_max", states_max))
         } else if bytes > bytes_max || targets.len() >= NONE as usize {
