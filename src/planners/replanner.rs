@@ -34,11 +34,14 @@ pub struct Replanner {
     ladder: Option<Ladder>,
     /// Objects that the goal names and nobody has seen.
     missing: Vec<Name>,
-    /// The last plan by names, with what it was made from.
-    named: Option<(Arc<[u32]>, Arc<[Step]>)>,
+    /// The last plan by names.
+    named: Option<Named>,
     requests: u64,
     pending: Option<TableRequest>,
 }
+
+/// A plan by names, with the operators that it was made from.
+type Named = (Arc<[u32]>, Arc<[Step]>);
 
 /// A table that was asked for and has not been taken over yet.
 #[derive(Debug, Clone)]

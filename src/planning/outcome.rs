@@ -108,7 +108,7 @@ pub struct Phase {
 }
 
 impl Statistics {
-    /// Whether a plan was made cheaper after it was found.
+    /// Whether it was tried to make a plan cheaper that had been found.
     pub fn improved(&self) -> bool {
         self.phases.iter().any(|phase| phase.name == "improve")
     }

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::followed::{Followed, RestFound, leads_to_goal};
 use super::ground::{Ground, Packed, statics_of};
-use super::table::{Distance, Table, TableEnd, TableJob, TableLimits};
+use super::place::Place;
+use super::reply::{Climbed, Counters, End, Reply, Rest};
+use super::table::{Table, TableEnd, TableJob, TableLimits};
 use super::{Reuse, Rung};
 use crate::pddl::{Atom, Condition, Domain, Name, Step, Typed};
 use crate::planning::solve::INTERRUPTED;
-use crate::planning::{Answer, GroundingLimits, Outcome, Proof, TaskError};
+use crate::planning::{Answer, GroundingLimits, Outcome, TaskError};
 use crate::scene::Truth;
 
 /// Most tasks that are remembered: one for each set of objects and static facts. Objects that come
@@ -54,33 +55,6 @@ pub struct Ladder {
     counters: Counters,
 }
 
-/// What is known for one set of objects and static facts.
-#[derive(Debug, Clone)]
-struct Place {
-    ground: Arc<Ground>,
-    penalised: Penalised,
-    followed: Option<Arc<Followed>>,
-    /// A plan that is to be followed from a state; its trajectory is not made yet.
-    fresh: Option<Fresh>,
-    table: Option<Arc<Table>>,
-    /// A table was too large: nothing is added any more.
-    table_is_full: bool,
-}
-
-/// Costs of operators, with penalties for what has failed.
-#[derive(Debug, Clone)]
-struct Penalised {
-    failures: BTreeMap<Step, u32>,
-    costs: Arc<[u64]>,
-}
-
-#[derive(Debug, Clone)]
-struct Fresh {
-    start: Vec<u64>,
-    operators: Arc<[u32]>,
-    proven_optimal: bool,
-}
-
 #[derive(Debug, Clone)]
 struct Ungrounded {
     objects: Vec<Typed>,
@@ -93,61 +67,6 @@ struct Last {
     packed: Packed,
     failures: BTreeMap<Step, u32>,
     reply: Reply,
-}
-
-/// A rest of a plan.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Rest {
-    /// The whole plan, as operators of the task.
-    pub operators: Arc<[u32]>,
-    /// The step that is next.
-    pub at: usize,
-    /// Cost of the rest, without penalties.
-    pub cost: u64,
-    /// Whether no plan from the observed state costs less, penalties included.
-    pub proven_optimal: bool,
-}
-
-/// How a question is answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum End {
-    /// By a plan; by an empty one when the goal holds.
-    Plan(Rest),
-    /// By the reason why there is none.
-    NoPlan(Outcome),
-    /// Not at all: these facts exclude each other.
-    Inconsistent(Vec<Atom>),
-}
-
-/// An answer with the rung that gave it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reply {
-    /// Who answered.
-    pub rung: Rung,
-    /// The answer.
-    pub end: End,
-    /// States expanded for it.
-    pub expansions: u64,
-}
-
-/// What a climb comes to.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Climbed {
-    /// An answer.
-    Reply(Reply),
-    /// No rung knows: a search has to tell. [`Ladder::take`] hears what it says.
-    Search,
-}
-
-/// How often each rung has answered.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counters([u64; Rung::ALL.len()]);
-
-impl Counters {
-    /// How often a rung has answered.
-    pub fn of(&self, rung: Rung) -> u64 {
-        self.0[rung as usize]
-    }
 }
 
 impl Ladder {
@@ -221,26 +140,25 @@ impl Ladder {
         }
         self.last = None;
         self.ungrounded = None;
-        let before = self.places.first_mut().map(Place::to_hand_on);
+        let before = self.places.first_mut().map(Place::hand_on);
         let known = self.places.iter().position(|place| {
             place.ground.objects == objects && place.ground.statics.iter().eq(&statics)
         });
-        let mut place = match known {
-            Some(idx) => self.places.remove(idx),
-            None => {
-                let settings = &self.settings;
-                match Ground::new(&self.domain, objects.clone(), &statics, &self.goal, settings) {
-                    Ok(ground) => Place::new(ground),
-                    Err(error) => {
-                        self.ungrounded = Some(Ungrounded { objects, statics, error });
-                        return;
-                    }
+        let mut place = if let Some(idx) = known {
+            self.places.remove(idx)
+        } else {
+            let (goal, settings) = (&self.goal, &self.settings);
+            match Ground::new(&self.domain, objects.clone(), &statics, goal, settings) {
+                Ok(ground) => Place::new(ground),
+                Err(error) => {
+                    self.ungrounded = Some(Ungrounded { objects, statics, error });
+                    return;
                 }
             }
         };
         if let Some((failures, steps)) = before {
             place.penalise(&failures, self.settings.failure_penalty);
-            place.follow(steps.as_deref());
+            place.follow(&steps);
         }
         self.places.insert(0, place);
         self.places.truncate(PLACES_MAX);
@@ -281,7 +199,7 @@ impl Ladder {
         let asked = self.last.as_ref().filter(|last| last.failures == *failures);
         if let Some(last) = asked.filter(|last| last.packed == self.observed && !last.is_late()) {
             let reply = Reply { rung: Rung::Unchanged, expansions: 0, end: last.reply.end.clone() };
-            self.counters.0[Rung::Unchanged as usize] += 1;
+            self.counters.count(Rung::Unchanged);
             return Climbed::Reply(reply);
         }
         place.prepare();
@@ -341,20 +259,17 @@ impl Ladder {
         expansions: u64,
         failures: &BTreeMap<Step, u32>,
     ) -> Reply {
-        self.counters.0[rung as usize] += 1;
+        self.counters.count(rung);
         let reply = Reply { rung, end, expansions };
-        match &mut self.last {
-            Some(last) => {
-                last.packed.clone_from(&self.observed);
-                last.reply = reply.clone();
-                if last.failures != *failures {
-                    last.failures.clone_from(failures);
-                }
+        if let Some(last) = &mut self.last {
+            last.packed.clone_from(&self.observed);
+            last.reply = reply.clone();
+            if last.failures != *failures {
+                last.failures.clone_from(failures);
             }
-            None => {
-                let (packed, failures) = (self.observed.clone(), failures.clone());
-                self.last = Some(Last { packed, failures, reply: reply.clone() });
-            }
+        } else {
+            let (packed, failures) = (self.observed.clone(), failures.clone());
+            self.last = Some(Last { packed, failures, reply: reply.clone() });
         }
         reply
     }
@@ -416,178 +331,5 @@ impl Last {
     fn is_late(&self) -> bool {
         matches!(&self.reply.end, End::NoPlan(Outcome::OutOfBudget { limit, .. })
             if *limit == INTERRUPTED)
-    }
-}
-
-impl Rest {
-    /// Nothing is left to do.
-    fn none() -> Self {
-        Self { operators: Arc::new([]), at: 0, cost: 0, proven_optimal: true }
-    }
-}
-
-impl Place {
-    fn new(ground: Ground) -> Self {
-        let costs = ground.task.operators.iter().map(|operator| operator.cost).collect();
-        Self {
-            ground: Arc::new(ground),
-            penalised: Penalised { failures: BTreeMap::new(), costs },
-            followed: None,
-            fresh: None,
-            table: None,
-            table_is_full: false,
-        }
-    }
-
-    /// What another place needs to go on: failures and the steps of the followed plan.
-    fn to_hand_on(&mut self) -> (BTreeMap<Step, u32>, Option<Vec<Step>>) {
-        self.prepare();
-        let followed = self.followed.as_ref().filter(|f| self.is_priced_by(&f.costs));
-        let steps = followed.map(|followed| self.ground.steps_of(&followed.operators));
-        (self.penalised.failures.clone(), steps)
-    }
-
-    /// Follows a plan of another place, if all its steps exist here, too.
-    fn follow(&mut self, steps: Option<&[Step]>) {
-        let operators = steps.and_then(|steps| {
-            steps.iter().map(|step| self.ground.operator(step)).collect::<Option<Arc<[u32]>>>()
-        });
-        self.fresh = None;
-        let costs = &self.penalised.costs;
-        self.followed = operators.map(|operators| {
-            let costs = Arc::clone(costs);
-            Arc::new(Followed::new(&self.ground.task, None, operators, costs, false))
-        });
-    }
-
-    /// Prices the operators.
-    fn penalise(&mut self, failures: &BTreeMap<Step, u32>, penalty: u32) {
-        if self.penalised.failures == *failures {
-            return;
-        }
-        let task = &self.ground.task;
-        let mut costs: Vec<u64> = task.operators.iter().map(|operator| operator.cost).collect();
-        for (step, &n) in failures {
-            if let Some(operator) = self.ground.operator(step) {
-                let penalty = u64::from(n) * u64::from(penalty);
-                let penalty = penalty.saturating_mul(task.cost_scale);
-                let cost = &mut costs[operator as usize];
-                *cost = cost.saturating_add(penalty);
-            }
-        }
-        if *costs != *self.penalised.costs {
-            self.penalised.costs = costs.into();
-        }
-        self.penalised.failures.clone_from(failures);
-    }
-
-    fn prepare(&mut self) {
-        let Some(Fresh { start, operators, proven_optimal }) = self.fresh.take() else { return };
-        let costs = Arc::clone(&self.penalised.costs);
-        let task = &self.ground.task;
-        let followed = Followed::new(task, Some(&start), operators, costs, proven_optimal);
-        self.followed = Some(Arc::new(followed));
-    }
-
-    /// The table, when it was built with the present costs.
-    fn current_table(&self) -> Option<&Arc<Table>> {
-        self.table.as_ref().filter(|table| self.is_priced_by(&table.costs))
-    }
-
-    /// The rest of the followed plan that the settings allow to keep. Once a step has failed, a
-    /// plan that was made before is not kept.
-    fn keep(&self, state: &[u64], settings: &LadderSettings) -> Option<(Rung, End)> {
-        let followed = self.followed.as_ref()?;
-        if !self.is_priced_by(&followed.costs) {
-            return None;
-        }
-        let (rung, at) = self.valid_rest(state, settings)?;
-        let (cost, penalised) = followed.rest_costs[at];
-        let on_optimal = followed.proven_optimal && rung == Rung::Trajectory;
-        let proven_optimal = on_optimal || {
-            let table = self.current_table().filter(|_| settings.rungs.contains(&Rung::Table));
-            let distance = table.and_then(|table| table.distance(state));
-            distance == Some(Distance::Cost(penalised))
-        };
-        let operators = Arc::clone(&followed.operators);
-        let rest = Rest { operators, at, cost, proven_optimal };
-        (settings.reuse == Reuse::Valid || proven_optimal).then_some((rung, End::Plan(rest)))
-    }
-
-    /// Whether these are the present costs.
-    fn is_priced_by(&self, costs: &Arc<[u64]>) -> bool {
-        Arc::ptr_eq(costs, &self.penalised.costs) || *costs == self.penalised.costs
-    }
-
-    /// A rest of the followed plan that leads from the state to the goal.
-    fn valid_rest(&self, state: &[u64], settings: &LadderSettings) -> Option<(Rung, usize)> {
-        let followed = self.followed.as_ref()?;
-        let on = |rung: Rung| settings.rungs.contains(&rung);
-        if on(Rung::Trajectory)
-            && let Some(at) = followed.on_trajectory(state)
-        {
-            return Some((Rung::Trajectory, at));
-        }
-        if !on(Rung::Suffix) {
-            return None;
-        }
-        match followed.valid_rest(&self.ground.task, state) {
-            RestFound::At(at) => Some((Rung::Suffix, at)),
-            RestFound::None | RestFound::Unsupported => None,
-        }
-    }
-
-    /// Penalised cost of a rest of the followed plan at present prices.
-    fn price(&self, at: usize) -> u64 {
-        let operators = self.followed.iter().flat_map(|followed| &followed.operators[at..]);
-        let costs = operators.map(|&operator| self.penalised.costs[operator as usize]);
-        costs.fold(0, u64::saturating_add)
-    }
-
-    /// Follows a rest of the followed plan, at present prices.
-    fn set_out_again(&mut self, state: &[u64], at: usize, proven_optimal: bool) -> End {
-        let rest = self.followed.as_ref().map(|followed| Arc::from(&followed.operators[at..]));
-        self.set_out(state, rest.unwrap_or_default(), proven_optimal)
-    }
-
-    /// What the distance table says.
-    fn look_up(&mut self, state: &[u64], settings: &LadderSettings) -> Option<(Rung, End)> {
-        let table = self.current_table().filter(|_| settings.rungs.contains(&Rung::Table))?;
-        let end = match table.plan(state)? {
-            (Distance::Cost(_), operators) => self.set_out(state, operators.into(), true),
-            (Distance::Dead, _) => {
-                let proof = Proof::Exhausted { n_states: table.n_states() };
-                End::NoPlan(Outcome::Unsolvable { proof })
-            }
-        };
-        Some((Rung::Table, end))
-    }
-
-    /// Follows a new plan from a state.
-    fn set_out(&mut self, state: &[u64], operators: Arc<[u32]>, proven_optimal: bool) -> End {
-        let start = state.to_vec();
-        self.fresh = Some(Fresh { start, operators: Arc::clone(&operators), proven_optimal });
-        let costs = operators.iter().map(|&o| self.ground.task.operators[o as usize].cost);
-        let cost = costs.fold(0, u64::saturating_add);
-        End::Plan(Rest { operators, at: 0, cost, proven_optimal })
-    }
-
-    /// The operators of a plan that somebody has found, and their penalised cost.
-    fn accept(&self, steps: &[Step], state: &[u64]) -> Result<(Vec<u32>, u64), String> {
-        let operator = |step: &Step| {
-            self.ground.operator(step).ok_or_else(|| format!("{step} is no step of this task"))
-        };
-        let operators = steps.iter().map(operator).collect::<Result<Vec<u32>, _>>()?;
-        match leads_to_goal(&self.ground.task, state, &operators) {
-            Ok(()) => {
-                let costs = operators.iter().map(|&o| self.penalised.costs[o as usize]);
-                let cost = costs.fold(0, u64::saturating_add);
-                Ok((operators, cost))
-            }
-            Err(idx) => Err(match steps.get(idx) {
-                Some(step) => format!("step {} of the plan, {step}, is not possible", idx + 1),
-                None => "the plan does not lead to the goal".to_owned(),
-            }),
-        }
     }
 }

@@ -18,11 +18,14 @@ mod index;
 mod ground;
 mod followed;
 mod table;
+mod reply;
+mod place;
 mod climb;
 #[cfg(test)]
 mod tests;
 
-pub use climb::{Climbed, Counters, End, Ladder, LadderSettings, Reply, Rest};
+pub use climb::{Ladder, LadderSettings};
 pub use ground::Ground;
+pub use reply::{Climbed, Counters, End, Reply, Rest};
 pub use rung::{Reuse, Rung};
 pub use table::{Distance, Table, TableEnd, TableJob, TableLimits};

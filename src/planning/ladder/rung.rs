@@ -25,7 +25,7 @@ pub enum Rung {
     Table,
     /// A search from the state.
     Search,
-    /// A search whose plan was made cheaper afterwards.
+    /// A search, and after it the attempt to make its plan cheaper.
     Improve,
 }
 

@@ -219,7 +219,7 @@ impl Build<'_> {
             if let Some((limit, value)) = self.over_limit() {
                 return Some(TableEnd::TooLarge(limit, value));
             }
-            if number % INTERRUPT_EVERY == 0 && interrupt() {
+            if number.is_multiple_of(INTERRUPT_EVERY) && interrupt() {
                 return Some(TableEnd::Interrupted);
             }
             self.edges.first.push(self.edges.targets.len() as u32);
@@ -264,7 +264,6 @@ impl Build<'_> {
     /// Uniform-cost search backwards from the goal states and the known distances.
     fn measure(&mut self) {
         let (first, n_states) = (self.first, self.table.states.len());
-        let keys = self.table.keys;
         self.table.distances.reserve_exact(n_states - first);
         self.table.distances.resize(n_states, DEAD);
         let backwards = Backwards::new(&self.edges, first, n_states);
@@ -276,23 +275,28 @@ impl Build<'_> {
                 open.entry(distance).or_default().push(number as u32);
             }
         }
-        let uniform_key = keys.of(self.job.costs.first().copied().unwrap_or(0));
-        while let Some((distance, mut layer)) = open.pop_first() {
-            while let Some(number) = layer.pop() {
-                if self.table.distances[number as usize] != distance {
-                    continue;
+        while let Some((distance, layer)) = open.pop_first() {
+            for number in layer {
+                if self.table.distances[number as usize] == distance {
+                    self.relax(backwards.of(number as usize - first), distance, &mut open);
                 }
-                let (sources, operators) = backwards.of(number as usize - first);
-                for (idx, &source) in sources.iter().enumerate() {
-                    let key = operators
-                        .get(idx)
-                        .map_or(uniform_key, |&o| keys.of(self.job.costs[o as usize]));
-                    let through = distance + key;
-                    if through < self.table.distances[source as usize] {
-                        self.table.distances[source as usize] = through;
-                        open.entry(through).or_default().push(source);
-                    }
-                }
+            }
+        }
+    }
+
+    /// Takes the edges into a state at this distance.
+    fn relax(
+        &mut self,
+        edges: impl Iterator<Item = (u32, Option<u32>)>,
+        distance: u64,
+        open: &mut BTreeMap<u64, Vec<u32>>,
+    ) {
+        for (source, operator) in edges {
+            let through = distance + self.key(operator);
+            let known = &mut self.table.distances[source as usize];
+            if through < *known {
+                *known = through;
+                open.entry(through).or_default().push(source);
             }
         }
     }
@@ -312,6 +316,7 @@ impl Build<'_> {
         through.min().unwrap_or(DEAD)
     }
 
+    /// Key of one step; without an operator, where all cost the same.
     fn key(&self, operator: Option<u32>) -> u64 {
         let cost = self.job.costs.get(operator.unwrap_or(0) as usize).copied().unwrap_or(0);
         self.table.keys.of(cost)
@@ -392,9 +397,9 @@ impl Backwards {
         Self { first, sources, operators }
     }
 
-    /// Sources and, unless all cost the same, operators of the edges into a new state.
-    fn of(&self, idx: usize) -> (&[u32], &[u32]) {
+    /// Source and, unless all cost the same, operator of each edge into a new state.
+    fn of(&self, idx: usize) -> impl Iterator<Item = (u32, Option<u32>)> {
         let range = self.first[idx] as usize..self.first[idx + 1] as usize;
-        (&self.sources[range.clone()], self.operators.get(range).unwrap_or_default())
+        range.map(|edge| (self.sources[edge], self.operators.get(edge).copied()))
     }
 }

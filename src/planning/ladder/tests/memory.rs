@@ -89,12 +89,13 @@ fn objects_that_come_and_go_cost_no_grounding_and_no_search() {
     assert_eq!(desk.plan(&more), (Rung::Suffix, steps.clone()), "the plan is as good as before");
     let second = Arc::clone(desk.ladder.grounded().unwrap().0);
     assert!(!Arc::ptr_eq(&first, &second));
-    for (names, state, expected) in
-        [(&["a", "b", "c"][..], &start, &first), (&["a", "b", "c", "stranger"], &more, &second)]
-    {
+    for (names, state, expected, rung) in [
+        (&["a", "b", "c"][..], &start, &first, Rung::Trajectory),
+        (&["a", "b", "c", "stranger"], &more, &second, Rung::Suffix),
+    ] {
         desk.objects = blocks(names);
         desk.objects.reverse(); // their order does not matter
-        assert_eq!(desk.plan(state), (Rung::Suffix, steps.clone()));
+        assert_eq!(desk.plan(state), (rung, steps.clone()));
         assert!(Arc::ptr_eq(desk.ladder.grounded().unwrap().0, expected));
     }
     assert_eq!(desk.n_searches, 1);

@@ -73,7 +73,7 @@ impl Desk {
     fn observe(&mut self, state: &State) -> Result<(), TaskError> {
         let objects = self.objects.iter().map(|o| (&o.name, &o.types[0]));
         let facts = state.iter().map(|atom| (atom, Truth::True));
-        self.ladder.observe(objects, facts).map_err(|error| error.clone())
+        self.ladder.observe(objects, facts).map_err(Clone::clone)
     }
 
     /// The answer to a state.

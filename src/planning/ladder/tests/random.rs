@@ -83,7 +83,7 @@ pub(super) fn tasks(plain: bool) -> impl Strategy<Value = RandomTask> {
             let actions: String = actions.collect();
             let rules = format!("(:derived (d0) {}) (:derived (d1) {})", rules.0, rules.1);
             let rules = if plain { "" } else { rules.as_str() };
-            let predicates: String = ALL.iter().map(|name| format!("({name})")).collect();
+            let predicates = format!("({})", ALL.join(") ("));
             let text =
                 format!("(define (domain random) (:predicates {predicates}) {rules} {actions})");
             RandomTask { text, goal, states, failures }
