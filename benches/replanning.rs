@@ -14,7 +14,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion};
 use groundloop::config::{DomainFolder, PlannerConfig, load_run};
 use groundloop::messages::{GoalMessage, PlanVerdict, Scene};
-use groundloop::planners::{PLANNERS, PlannerSettings, Replanner};
+use groundloop::planners::{PLANNERS, Patience, PlannerSettings, Replanner};
 use groundloop::planning::{Rung, Table};
 use groundloop::stress::{Feed, Feeder, Template};
 use groundloop::telemetry::monotonic_ns;
@@ -93,7 +93,7 @@ impl Case {
             replanner.prepare(0);
             replanner.observe(scene, &self.goal);
             let start_ns = monotonic_ns();
-            let decided = black_box(replanner.decide(scene, &self.goal, &none, &|| false));
+            let decided = black_box(replanner.decide(scene, &self.goal, &none, Patience::ENDLESS));
             spent_ns += monotonic_ns() - start_ns;
             let others = [Rung::Goal, Rung::Unchanged, Rung::Trajectory];
             let allowed = decided.rung.is_some_and(|r| r == rung || others.contains(&r));

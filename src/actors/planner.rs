@@ -8,7 +8,7 @@ use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Keep};
 use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene, Spent};
 use crate::pddl::Step;
-use crate::planners::{Replanner, TableBuilder};
+use crate::planners::{Patience, Replanner, TableBuilder};
 use crate::telemetry::{monotonic_ns, thread_cpu_ns};
 use crate::transport::convert::{
     Vocabulary, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
@@ -134,11 +134,12 @@ impl Memory {
         let start = Spent { cpu_ns: thread_cpu_ns(), wall_ns: monotonic_ns() };
         self.replanner.observe(scene, goal);
         let observe = since(start);
-        let until_ns = deadline.map(|deadline| {
-            start.wall_ns.saturating_add(u64::try_from(deadline.as_nanos()).unwrap_or(u64::MAX))
-        });
-        let interrupt = || until_ns.is_some_and(|until_ns| monotonic_ns() > until_ns);
-        let decided = self.replanner.decide(scene, goal, &self.failures, &interrupt);
+        let passed = |part: u32| {
+            let due = deadline.map(|deadline| (deadline / part).as_nanos());
+            due.is_some_and(|due| u128::from(monotonic_ns() - start.wall_ns) > due)
+        };
+        let patience = Patience { hurry: &|| passed(2), interrupt: &|| passed(1) };
+        let decided = self.replanner.decide(scene, goal, &self.failures, patience);
         let decide = since(start);
         let decide = Spent {
             cpu_ns: decide.cpu_ns - observe.cpu_ns,

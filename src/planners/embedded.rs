@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
-use crate::planning::{Answer, Budget, PlanRequest, plan};
+use crate::planning::{Answer, Budget, Outcome, PlanRequest, Task, plan};
 
 #[derive(Debug)]
 struct Embedded {
@@ -23,7 +23,7 @@ pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, 
 impl Planner for Embedded {
     fn plan(&self, query: &PlanQuery<'_>) -> Answer {
         if let Some(grounded) = query.grounded {
-            return grounded.task.solve(query.init, query.penalties, &self.budget, query.interrupt);
+            return self.solve(grounded.task, query);
         }
         let request = PlanRequest {
             objects: query.objects,
@@ -34,5 +34,28 @@ impl Planner for Embedded {
             penalties: query.penalties,
         };
         plan(query.domain, &request, &self.budget)
+    }
+}
+
+impl Embedded {
+    /// Looks for a cheapest plan until that takes too long, then for any plan.
+    fn solve(&self, task: &Task, query: &PlanQuery<'_>) -> Answer {
+        let (init, penalties) = (query.init, query.penalties);
+        let optimal = Budget { greedy_expansions_max: 0, ..self.budget.clone() };
+        let first = task.solve(init, penalties, &optimal, query.hurry);
+        let is_open = matches!(first.outcome, Outcome::OutOfBudget { .. });
+        if !is_open || self.budget.greedy_expansions_max == 0 {
+            return first;
+        }
+        let greedy = Budget { optimal_expansions_max: 0, ..self.budget.clone() };
+        let mut second = task.solve(init, penalties, &greedy, query.interrupt);
+        let lower_bound = first.statistics.lower_bound.max(second.statistics.lower_bound);
+        if let Outcome::Solved(plan) = &mut second.outcome {
+            plan.lower_bound = lower_bound;
+            plan.proven_optimal |= plan.cost + plan.penalty == lower_bound;
+        }
+        second.statistics.lower_bound = lower_bound;
+        second.statistics.phases.splice(0..0, first.statistics.phases);
+        second
     }
 }

@@ -19,7 +19,7 @@ use crate::planning::{Answer, Task};
 
 pub use background::TableBuilder;
 pub use fast_downward::{BackendAnswer, FastDownward};
-pub use replanner::{Adoption, Decided, Replan, Replanner, TableRequest};
+pub use replanner::{Adoption, Decided, Patience, Replan, Replanner, TableRequest};
 
 /// What a planner is asked.
 #[derive(Clone, Copy)]
@@ -36,6 +36,9 @@ pub struct PlanQuery<'a> {
     pub penalties: &'a BTreeMap<Step, u32>,
     /// The same question in packed form, where somebody has grounded it already.
     pub grounded: Option<Grounded<'a>>,
+    /// Asked now and then by a search for a cheapest plan, where a search for any plan may follow:
+    /// `true` means that it is time for that one.
+    pub hurry: &'a dyn Fn() -> bool,
     /// Asked now and then by planners that take long: `true` means that nobody waits any more.
     pub interrupt: &'a dyn Fn() -> bool,
 }

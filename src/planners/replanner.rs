@@ -1,6 +1,7 @@
 //! Replanning every cycle: owns the ladder, asks the planner where no rung knows the answer.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use super::{Grounded, PlanQuery, Planner};
@@ -52,6 +53,26 @@ pub struct TableRequest {
     pub cycle: u64,
     /// What is to be done.
     pub job: Arc<TableJob>,
+}
+
+/// How long an answer is waited for; both are asked from time to time.
+#[derive(Clone, Copy)]
+pub struct Patience<'a> {
+    /// Whether it is time to be content with any plan.
+    pub hurry: &'a dyn Fn() -> bool,
+    /// Whether nobody waits any more.
+    pub interrupt: &'a dyn Fn() -> bool,
+}
+
+impl Patience<'_> {
+    /// As long as it takes.
+    pub const ENDLESS: Patience<'static> = Patience { hurry: &|| false, interrupt: &|| false };
+}
+
+impl fmt::Debug for Patience<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Patience").finish_non_exhaustive()
+    }
 }
 
 /// What a decision comes to, before it is put into names.
@@ -129,7 +150,8 @@ impl Replanner {
         failures: &BTreeMap<Step, u32>,
     ) -> Replan {
         self.observe(scene, goal);
-        let Decided { end, rung, expansions } = self.decide(scene, goal, failures, &|| false);
+        let Decided { end, rung, expansions } =
+            self.decide(scene, goal, failures, Patience::ENDLESS);
         Replan { verdict: self.verdict(end), rung, expansions }
     }
 
@@ -159,13 +181,13 @@ impl Replanner {
 
     /// The plan from what was observed to the goal. `scene` is the observed one.
     ///
-    /// The planner is asked `interrupt` from time to time; what it has then is the answer.
+    /// When nobody waits any more, what the planner has then is the answer.
     pub fn decide(
         &mut self,
         scene: &Scene,
         goal: &GoalMessage,
         failures: &BTreeMap<Step, u32>,
-        interrupt: &dyn Fn() -> bool,
+        patience: Patience<'_>,
     ) -> Decided {
         let Some(ladder) = self.ladder.as_mut().filter(|_| self.missing.is_empty()) else {
             return Decided { end: None, rung: None, expansions: 0 };
@@ -175,7 +197,7 @@ impl Replanner {
             Climbed::Search => {
                 let question = (&*self.domain, scene, goal, failures);
                 let penalty = self.settings.failure_penalty;
-                let answer = search(&*self.planner, ladder, question, penalty, interrupt);
+                let answer = search(&*self.planner, ladder, question, penalty, patience);
                 ladder.take(answer, failures)
             }
         };
@@ -275,7 +297,7 @@ fn search(
     ladder: &Ladder,
     (domain, scene, goal, failures): (&Domain, &Scene, &GoalMessage, &BTreeMap<Step, u32>),
     failure_penalty: u32,
-    interrupt: &dyn Fn() -> bool,
+    patience: Patience<'_>,
 ) -> Answer {
     let failed = failures.iter().filter(|(_, n)| **n > 0);
     let penalties: BTreeMap<Step, u32> =
@@ -287,7 +309,8 @@ fn search(
         goal: &goal.goal,
         penalties: &penalties,
         grounded: ladder.grounded().map(|(ground, state)| Grounded { task: &ground.task, state }),
-        interrupt,
+        hurry: patience.hurry,
+        interrupt: patience.interrupt,
     };
     planner.plan(&query)
 }

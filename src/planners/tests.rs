@@ -8,7 +8,7 @@ use super::*;
 use crate::config::{DomainFolder, TableConfig};
 use crate::messages::{GoalMessage, Origin, PlanVerdict, Scene, SceneFact};
 use crate::pddl::{Bindings, SourceText, Universe, bind, effects, evaluate, parse_goal};
-use crate::planning::{Budget, Outcome, Plan, Rung, Statistics, TableEnd};
+use crate::planning::{Budget, LadderEnd, Outcome, Plan, Rung, Statistics, TableEnd};
 use crate::scene::{Facts, SceneObject, Truth, Visibility};
 
 const PENALTY: u32 = 5;
@@ -394,7 +394,8 @@ fn a_search_that_was_interrupted_is_tried_again_in_the_same_state() {
         Replanner::new(Arc::clone(&desk.domain), Arc::new(Impatient), &config(), Vec::new());
     desk.replanner.observe(&table, &desk.goal);
     for _ in 0..2 {
-        let decided = desk.replanner.decide(&table, &desk.goal, &desk.failures, &|| true);
+        let patience = Patience { hurry: &|| true, interrupt: &|| true };
+        let decided = desk.replanner.decide(&table, &desk.goal, &desk.failures, patience);
         assert_eq!(decided.rung, Some(Rung::Search));
         let verdict = desk.replanner.verdict(decided.end);
         assert!(matches!(verdict, PlanVerdict::OutOfBudget { .. }), "{verdict:?}");
@@ -426,4 +427,18 @@ fn a_plan_that_does_not_work_is_refused_by_its_step() {
     let verdict = desk.ask(&scene(&[]));
     let PlanVerdict::Unsupported { feature } = verdict else { panic!("{verdict:?}") };
     assert_eq!(feature, "the plan does not lead to the goal");
+}
+
+/// A cheapest plan is worth half of the time, any plan the rest of it.
+#[test]
+fn in_a_hurry_any_plan_will_do() {
+    let disturbed = scene(&[["c", "b"], ["b", "a"]]);
+    let mut desk = Desk::new(TOWER);
+    desk.replanner.observe(&disturbed, &desk.goal);
+    let patience = Patience { hurry: &|| true, interrupt: &|| false };
+    let decided = desk.replanner.decide(&disturbed, &desk.goal, &desk.failures, patience);
+    let Some(LadderEnd::Plan(rest)) = &decided.end else { panic!("{decided:?}") };
+    assert!(!rest.proven_optimal);
+    let PlanVerdict::Plan { steps, .. } = desk.replanner.verdict(decided.end) else { panic!() };
+    desk.check_reaches(&disturbed, &steps);
 }

@@ -198,6 +198,7 @@ pub(super) fn solve(domain: &Domain, planner: &dyn Planner, problem: &Problem) -
         goal: &problem.goal,
         penalties: &BTreeMap::new(),
         grounded: None,
+        hurry: &|| false,
         interrupt: &|| false,
     };
     planner.plan(&query).outcome
