@@ -1,4 +1,4 @@
-//! Interval logs in the form of HdrHistogram, one file for each case, size, feed and rate.
+//! Interval logs in the form of `HdrHistogram`, one file for each case, size, feed and rate.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,6 +14,9 @@ use crate::config::ConfigError;
 
 /// Largest time that is told apart, nanoseconds (a quarter of an hour).
 const NS_MAX: u64 = 900_000_000_000;
+
+/// What is logged of a plan.
+type Value = fn(&Timing) -> u64;
 
 /// All samples of a stress test, to be written.
 #[derive(Debug)]
@@ -59,9 +62,7 @@ fn log(entries: &[(&Key, &Samples)]) -> Result<Vec<u8>, String> {
         .begin_log_with(&mut bytes, &mut serializer)
         .map_err(|e| e.to_string())?;
     for (key, samples) in entries {
-        let values: [(&str, fn(&Timing) -> u64); 2] =
-            [("cpu", Timing::cpu_ns), ("wall", |timing| timing.wall_ns)];
-        for (kind, value) in values {
+        for (kind, value) in [("cpu", Timing::cpu_ns as Value), ("wall", |timing| timing.wall_ns)] {
             let mut histogram =
                 Histogram::<u64>::new_with_bounds(1, NS_MAX, 3).map_err(|e| e.to_string())?;
             samples.all().for_each(|timing| histogram.saturating_record(value(timing).max(1)));

@@ -32,6 +32,7 @@ impl std::fmt::Display for Key {
 }
 
 /// One plan that came back, nanoseconds.
+#[expect(clippy::struct_field_names, reason = "the unit stands last in every name")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Timing {
     /// Processor time of the planner's thread: taking the scene in, and deciding.

@@ -76,10 +76,8 @@ pub async fn run_stress(
             if repeat == 0 {
                 tokio::task::block_in_place(|| {
                     look_up_costs(config, part, &seen, &mut samples);
-                    let is_first = parts[..number].iter().all(|p| !same(p.instance, part.instance));
-                    if let (Some(other), true) = (options.compare, is_first) {
-                        comparisons.extend(compare(config, part, &seen, other));
-                    }
+                    let other = options.compare.filter(|_| is_compared(config, part));
+                    comparisons.extend(other.and_then(|o| compare(config, part, &seen, o)));
                 });
             }
         }
@@ -111,8 +109,12 @@ pub async fn run_stress(
     Ok((report, super::logs::Logs(samples)))
 }
 
-fn same(a: &Instance, b: &Instance) -> bool {
-    std::ptr::eq(a, b)
+/// Of the parts of a problem one is compared: that with the least that is known beforehand, back
+/// to back where there is such a rate.
+fn is_compared(config: &StressConfig, part: Part<'_>) -> bool {
+    let case = case_of(config, part.instance);
+    part.rate == *case.rates_hz.iter().find(|rate| **rate == Rate::Max).unwrap_or(&case.rates_hz[0])
+        && Some(&part.feed) == case.feeds.iter().max()
 }
 
 fn parts<'a>(config: &StressConfig, instances: &'a [Instance]) -> Vec<Part<'a>> {

@@ -121,7 +121,7 @@ impl<'a> Tasks<'a> {
             if next.is_empty() {
                 break;
             }
-            state = next[self.below(next.len())].clone();
+            state.clone_from(&next[self.below(next.len())]);
         }
         state
     }
