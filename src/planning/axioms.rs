@@ -31,6 +31,11 @@ impl Axioms {
         self.strata.is_empty()
     }
 
+    /// Number of the first derived atom; all later ones are derived too.
+    pub(super) fn first(&self) -> u32 {
+        self.first
+    }
+
     /// Recomputes the derived atoms of a state: the least fixpoint of each stratum in turn.
     pub(super) fn complete(&self, state: &mut [u64]) {
         if self.strata.is_empty() {

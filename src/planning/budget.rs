@@ -23,6 +23,9 @@ pub struct Budget {
     pub optimal_heuristic: OptimalHeuristic,
     /// Most states the satisficing search may expand; 0 leaves it out.
     pub greedy_expansions_max: u64,
+    /// Most states that may be expanded to make a plan cheaper that is not known to be cheapest; 0
+    /// leaves it as it was found.
+    pub improve_expansions_max: u64,
     /// Most states one search may keep.
     pub states_max: usize,
     /// Most memory one search may use for its states and queues, in bytes (estimated).
@@ -49,6 +52,7 @@ impl Budget {
             optimal_expansions_max: 100_000,
             optimal_heuristic: OptimalHeuristic::Blind,
             greedy_expansions_max: 1_000_000,
+            improve_expansions_max: 0,
             states_max: 20_000_000,
             bytes_max: 1 << 30,
             grounding: GroundingLimits::standard(),

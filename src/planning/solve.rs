@@ -186,10 +186,24 @@ impl Call<'_> {
         let (end, phase) = search::greedy(self.task, self.state, &mut heuristic, landmarks, limits);
         self.phases.push(phase);
         let end = match end {
-            End::Found(plan) => End::Found(search::shorten(self.task, self.state, plan)),
+            End::Found(plan) => {
+                let plan = search::shorten(self.task, self.state, plan);
+                End::Found(self.improved(plan))
+            }
             other @ (End::Exhausted(_) | End::Limit(..)) => other,
         };
         (self.end(end, false), lower_bound)
+    }
+
+    fn improved(&mut self, plan: Vec<u32>) -> Vec<u32> {
+        let expansions_max = self.budget.improve_expansions_max;
+        if expansions_max == 0 || (self.interrupt)() {
+            return plan;
+        }
+        let limits = self.limits("improve_expansions_max", expansions_max);
+        let (plan, phase) = search::improve(self.task, self.state, self.costs, plan, limits);
+        self.phases.push(phase);
+        plan
     }
 
     fn end(&self, end: End, proven_optimal: bool) -> SearchEnd {

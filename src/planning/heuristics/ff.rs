@@ -5,8 +5,10 @@
 //! Source: Hoffmann, Nebel: The FF planning system, 2001; Keyder, Geffner: Heuristics for planning
 //! with action costs revisited, 2008.
 
+use super::graph::Graph;
 use super::relaxed::{Combine, Relaxation};
 use super::{Heuristic, Prepared};
+use crate::planning::formula::Formula;
 use crate::planning::task::Task;
 
 /// The FF heuristic.
@@ -15,13 +17,20 @@ pub(in crate::planning) struct FastForward<'a> {
     relaxation: Relaxation<'a>,
     costs: Vec<u64>,
     plan: Vec<u32>,
+    /// The whole relaxed plan of the last estimate.
+    relaxed: Vec<u32>,
 }
 
 impl<'a> FastForward<'a> {
     /// `costs` are the actions' costs; each should be above 0 so that short plans are preferred.
     pub(in crate::planning) fn new(task: &'a Task, costs: Vec<u64>) -> Self {
         let relaxation = Relaxation::new(Prepared::graph(task), &costs, Combine::Sum);
-        Self { task, relaxation, costs, plan: Vec::new() }
+        Self { task, relaxation, costs, plan: Vec::new(), relaxed: Vec::new() }
+    }
+
+    /// The actions of the relaxed plan that gave the last estimate.
+    pub(in crate::planning) fn relaxed_plan(&self) -> &[u32] {
+        &self.relaxed
     }
 }
 
@@ -31,11 +40,34 @@ impl Heuristic for FastForward<'_> {
         self.relaxation.relaxed_plan(&mut self.plan);
         let costs = self.plan.iter().map(|&action| self.costs[action as usize]);
         let sum = costs.fold(0_u64, u64::saturating_add);
+        self.relaxed.clone_from(&self.plan);
         self.plan.retain(|&action| self.task.operators[action as usize].applicable(state));
         Some(sum)
     }
 
     fn preferred(&self) -> &[u32] {
         &self.plan
+    }
+}
+
+/// What it costs to reach another goal with some of the actions: relaxed plans of parts of a plan.
+pub(in crate::planning) struct Part {
+    graph: Graph,
+}
+
+impl Part {
+    /// The part of a task with these actions and this goal.
+    pub(in crate::planning) fn new(task: &Task, actions: &[u32], goal: &Formula) -> Self {
+        Self { graph: Graph::restricted(task, actions.iter().copied(), goal) }
+    }
+
+    /// Estimates within the part.
+    pub(in crate::planning) fn estimates<'a>(
+        &'a self,
+        task: &'a Task,
+        costs: Vec<u64>,
+    ) -> FastForward<'a> {
+        let relaxation = Relaxation::new(&self.graph, &costs, Combine::Sum);
+        FastForward { task, relaxation, costs, plan: Vec::new(), relaxed: Vec::new() }
     }
 }

@@ -145,8 +145,9 @@ impl Builder {
         Some(node)
     }
 
-    fn actions(&mut self, task: &Task) {
-        for (idx, operator) in (0..).zip(&task.operators) {
+    fn actions(&mut self, task: &Task, actions: impl Iterator<Item = u32>) {
+        for idx in actions {
+            let operator = &task.operators[idx as usize];
             let mut precondition = Vec::new();
             // Many effects share a precondition as one node.
             if operator.effects.len() > 1 {
@@ -214,16 +215,25 @@ impl Builder {
 impl Graph {
     /// The graph of a task.
     pub(super) fn new(task: &Task) -> Self {
+        Self::restricted(task, 0..task.operators.len() as u32, &task.goal)
+    }
+
+    /// The graph of a task that has these actions and this goal only.
+    pub(super) fn restricted(
+        task: &Task,
+        actions: impl Iterator<Item = u32>,
+        goal: &Formula,
+    ) -> Self {
         let n_atoms = task.n_atoms() as u32;
         let mut builder = Builder {
             edges: Vec::new(),
             n_nodes: literal_node(n_atoms, true),
             known: BTreeMap::new(),
         };
-        builder.actions(task);
+        builder.actions(task, actions);
         builder.rules(task);
         let mut tail = Vec::new();
-        builder.parts(&task.goal, &mut tail);
+        builder.parts(goal, &mut tail);
         builder.edge(tail, vec![GOAL], NONE);
         let relevant = builder.keep_relevant();
         let mut n_nodes = 0;

@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use crate::planning::task::Task;
 
 pub(super) use blind::Blind;
-pub(super) use ff::FastForward;
+pub(super) use ff::{FastForward, Part};
 pub(super) use landmarks::Landmarks;
 pub(super) use max::Max;
 pub(super) use patterns::{Databases, Patterns};

@@ -2,10 +2,13 @@
 
 mod astar;
 mod greedy;
+mod improve;
+mod regress;
 mod shorten;
 
 pub(super) use astar::astar;
 pub(super) use greedy::greedy;
+pub(super) use improve::improve;
 pub(super) use shorten::shorten;
 
 use super::outcome::Phase;
@@ -27,7 +30,7 @@ pub(super) struct Limits<'a> {
 
 /// How many expansions pass between two questions to `interrupt`: below a millisecond of work, and
 /// far more work than the question.
-const INTERRUPT_EVERY: u64 = 16;
+pub(super) const INTERRUPT_EVERY: u64 = 16;
 
 /// How a search ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
