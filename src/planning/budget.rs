@@ -1,6 +1,6 @@
 //! Limits of one planning call, all counts: how fast the machine is changes nothing.
 
-/// What guides the optimal search. Both are admissible, so both prove plans cheapest.
+/// What guides the optimal search. All are admissible, so all prove plans cheapest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OptimalHeuristic {
     /// Nothing: fastest by state, and the best choice while states are few.
@@ -10,6 +10,8 @@ pub enum OptimalHeuristic {
     /// Pattern databases, made once for a task: the best choice where many states are planned from.
     /// Blind where they do not apply (axioms).
     Patterns,
+    /// Cuts in the delete relaxation: far fewer states, each far dearer.
+    LmCut,
 }
 
 /// How much may be spent, and how it is shared between the searches.

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::formula::Formula;
-use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, Max, Patterns, Prepared};
+use super::heuristics::{
+    Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared,
+};
 use super::search::{self, End, Limits};
 use super::task::Task;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
@@ -169,6 +171,7 @@ impl Call<'_> {
                 Some(databases) => Box::new(Patterns(databases)),
                 None => Box::new(Blind::new(self.task, self.costs)),
             },
+            OptimalHeuristic::LmCut => Box::new(LmCut::new(self.task, self.costs)),
         };
         let (end, lower_bound, phase) =
             search::astar(self.task, self.state, self.costs, &mut *heuristic, limits);

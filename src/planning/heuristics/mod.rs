@@ -7,6 +7,7 @@ mod patterns;
 mod queue;
 mod relaxed;
 mod ff;
+mod lm_cut;
 mod max;
 
 use std::sync::{Arc, OnceLock};
@@ -16,6 +17,7 @@ use crate::planning::task::Task;
 pub(super) use blind::Blind;
 pub(super) use ff::{FastForward, Part};
 pub(super) use landmarks::Landmarks;
+pub(super) use lm_cut::LmCut;
 pub(super) use max::Max;
 pub(super) use patterns::{Databases, Patterns};
 
