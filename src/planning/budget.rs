@@ -3,6 +3,8 @@
 /// What guides the optimal search. All are admissible, so all prove plans cheapest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OptimalHeuristic {
+    /// Blind while states are few; then LM-cut beside it, each given about the same time.
+    Auto,
     /// Nothing: fastest by state, and the best choice while states are few.
     Blind,
     /// The delete relaxation's dearest goal part: several times fewer states, each dearer.
@@ -19,7 +21,7 @@ pub enum OptimalHeuristic {
 /// A call first searches for a cheapest plan and, when that meets its limit, for any plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Budget {
-    /// Most states the optimal search may expand; 0 leaves it out.
+    /// Most states the optimal searches may expand together; 0 leaves them out.
     pub optimal_expansions_max: u64,
     /// What guides the optimal search.
     pub optimal_heuristic: OptimalHeuristic,
@@ -52,7 +54,7 @@ impl Budget {
     pub fn standard() -> Self {
         Self {
             optimal_expansions_max: 100_000,
-            optimal_heuristic: OptimalHeuristic::Blind,
+            optimal_heuristic: OptimalHeuristic::Auto,
             greedy_expansions_max: 1_000_000,
             improve_expansions_max: 0,
             states_max: 20_000_000,

@@ -6,7 +6,7 @@ use super::formula::Formula;
 use super::heuristics::{
     Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared,
 };
-use super::search::{self, End, Limits};
+use super::search::{self, AStar, End, Limits};
 use super::task::Task;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
 use crate::pddl::{Atom, Step};
@@ -75,7 +75,7 @@ impl Task {
         let outcome = match answer.end {
             SearchEnd::Exhausted { proof } => Outcome::Unsolvable { proof },
             SearchEnd::OutOfBudget { limit, value } => Outcome::OutOfBudget { limit, value },
-            SearchEnd::Found { operators, cost, proven_optimal } => {
+            SearchEnd::Found { operators, proven_optimal, .. } => {
                 let sum = |value: &dyn Fn(u32) -> u64| {
                     operators.iter().fold(0, |sum: u64, &a| sum.saturating_add(value(a)))
                 };
@@ -88,7 +88,7 @@ impl Task {
                     cost_scale: self.cost_scale,
                     penalty: sum(&|a| penalties[a as usize]),
                     lower_bound: answer.lower_bound,
-                    proven_optimal: proven_optimal || cost == answer.lower_bound,
+                    proven_optimal,
                 })
             }
         };
@@ -117,7 +117,6 @@ impl Task {
         budget: &Budget,
         interrupt: &dyn Fn() -> bool,
     ) -> SearchAnswer {
-        let limit = ("optimal_expansions_max", 0);
         let mut call = Call { task: self, state, costs, budget, interrupt, phases: Vec::new() };
         let (end, lower_bound) = if self.goal == Formula::False {
             (SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
@@ -127,7 +126,7 @@ impl Task {
             let (end, lower_bound) = if budget.optimal_expansions_max > 0 {
                 call.optimal()
             } else {
-                (SearchEnd::OutOfBudget { limit: limit.0, value: limit.1 }, 0)
+                (SearchEnd::OutOfBudget { limit: OPTIMAL, value: 0 }, 0)
             };
             match end {
                 SearchEnd::OutOfBudget { limit, .. }
@@ -140,9 +139,32 @@ impl Task {
                 | SearchEnd::OutOfBudget { .. } => (end, lower_bound),
             }
         };
+        let mut end = end;
+        if let SearchEnd::Found { cost, proven_optimal, .. } = &mut end {
+            *proven_optimal |= *cost <= lower_bound;
+        }
         SearchAnswer { end, lower_bound, phases: call.phases }
     }
 }
+
+/// Name of the limit of the optimal searches.
+const OPTIMAL: &str = "optimal_expansions_max";
+/// How many states the blind search may expand before LM-cut is tried too: some 50 ms.
+const BLIND_FIRST: u64 = 64_000;
+/// About how many expansions of the blind search take as long as one with LM-cut.
+const BLIND_PER_CUT: u64 = 32;
+
+/// Builds a heuristic from a task and the actions' costs.
+type Build = for<'a> fn(&'a Task, &[u64]) -> Box<dyn Heuristic + 'a>;
+
+const BLIND: (&str, Build) = ("astar blind", |task, costs| Box::new(Blind::new(task, costs)));
+const MAX: (&str, Build) = ("astar max", |task, costs| Box::new(Max::new(task, costs)));
+const LM_CUT: (&str, Build) = ("astar lm-cut", |task, costs| Box::new(LmCut::new(task, costs)));
+const PATTERNS: (&str, Build) =
+    ("astar patterns", |task, costs| match Prepared::databases(task) {
+        Some(databases) => Box::new(Patterns(databases)),
+        None => Box::new(Blind::new(task, costs)),
+    });
 
 /// One planning call.
 struct Call<'a> {
@@ -154,8 +176,8 @@ struct Call<'a> {
     phases: Vec<Phase>,
 }
 
-impl Call<'_> {
-    fn limits(&self, expansions_name: &'static str, expansions_max: u64) -> Limits<'_> {
+impl<'a> Call<'a> {
+    fn limits(&self, expansions_name: &'static str, expansions_max: u64) -> Limits<'a> {
         let Budget { states_max, bytes_max, .. } = *self.budget;
         let interrupt = self.interrupt;
         Limits { expansions_name, expansions_max, states_max, bytes_max, interrupt }
@@ -163,20 +185,58 @@ impl Call<'_> {
 
     /// A cheapest plan, and a lower bound.
     fn optimal(&mut self) -> (SearchEnd, u64) {
-        let limits = self.limits("optimal_expansions_max", self.budget.optimal_expansions_max);
-        let mut heuristic: Box<dyn Heuristic> = match self.budget.optimal_heuristic {
-            OptimalHeuristic::Blind => Box::new(Blind::new(self.task, self.costs)),
-            OptimalHeuristic::Max => Box::new(Max::new(self.task, self.costs)),
+        let expansions_max = self.budget.optimal_expansions_max;
+        let mut searches = match self.budget.optimal_heuristic {
+            OptimalHeuristic::Auto | OptimalHeuristic::Blind => vec![self.astar(&BLIND)],
+            OptimalHeuristic::Max => vec![self.astar(&MAX)],
+            OptimalHeuristic::LmCut => vec![self.astar(&LM_CUT)],
             OptimalHeuristic::Patterns => match Prepared::databases(self.task) {
-                Some(databases) => Box::new(Patterns(databases)),
-                None => Box::new(Blind::new(self.task, self.costs)),
+                Some(_) => vec![self.astar(&PATTERNS)],
+                None => vec![self.astar(&BLIND)],
             },
-            OptimalHeuristic::LmCut => Box::new(LmCut::new(self.task, self.costs)),
         };
-        let (end, lower_bound, phase) =
-            search::astar(self.task, self.state, self.costs, &mut *heuristic, limits);
-        self.phases.push(phase);
+        let end = if self.budget.optimal_heuristic == OptimalHeuristic::Auto {
+            self.take_turns(&mut searches, expansions_max)
+        } else {
+            searches[0].run(expansions_max)
+        };
+        let end = match end {
+            End::Limit(OPTIMAL, _) => End::Limit(OPTIMAL, expansions_max),
+            other @ (End::Found(_) | End::Exhausted(_) | End::Limit(..)) => other,
+        };
+        let lower_bound = searches.iter().map(AStar::lower_bound).max().unwrap_or(0);
+        // The one that ends the call comes last.
+        self.phases.extend(searches.iter().map(AStar::phase));
         (self.end(end, true), lower_bound)
+    }
+
+    /// The blind search and, when it takes long, LM-cut beside it. Both keep what they have done.
+    fn take_turns(&self, searches: &mut Vec<AStar<'a>>, expansions_max: u64) -> End {
+        let mut blind_max = BLIND_FIRST.min(expansions_max);
+        let mut cut_max = 0;
+        loop {
+            let end = searches[0].run(blind_max);
+            let is_pause = matches!(end, End::Limit(OPTIMAL, _));
+            if !is_pause || blind_max + cut_max >= expansions_max {
+                return end;
+            }
+            if searches.len() == 1 {
+                searches.push(self.astar(&LM_CUT));
+            }
+            cut_max = (blind_max / BLIND_PER_CUT).min(expansions_max - blind_max);
+            let end = searches[1].run(cut_max);
+            let is_pause = matches!(end, End::Limit(OPTIMAL, _));
+            if !is_pause || blind_max + cut_max >= expansions_max {
+                return end;
+            }
+            blind_max = (blind_max * 2).min(expansions_max - cut_max);
+        }
+    }
+
+    fn astar(&self, (name, build): &(&'static str, Build)) -> AStar<'a> {
+        let limits = self.limits(OPTIMAL, self.budget.optimal_expansions_max);
+        let heuristic = (*name, build(self.task, self.costs));
+        AStar::new(self.task, self.state, self.costs, heuristic, limits)
     }
 
     /// Any plan.

@@ -8,20 +8,6 @@ use crate::planning::heuristics::Heuristic;
 use crate::planning::outcome::Phase;
 use crate::planning::task::Task;
 
-/// Searches from a state for a cheapest plan; returns a lower bound of its cost too. Ties go to the smaller estimate, then to the state
-/// found last.
-pub(in crate::planning) fn astar(
-    task: &Task,
-    initial: &[u64],
-    costs: &[u64],
-    heuristic: &mut dyn Heuristic,
-    limits: Limits<'_>,
-) -> (End, u64, Phase) {
-    let mut space = Space::new(task, limits, "astar");
-    let (end, lower_bound) = search(&mut space, initial, costs, heuristic);
-    (end, lower_bound, space.phase)
-}
-
 /// What A* knows of a state.
 #[derive(Clone, Copy)]
 struct Known {
@@ -53,51 +39,92 @@ impl Open {
     }
 }
 
-fn search(
-    space: &mut Space<'_>,
-    initial: &[u64],
-    costs: &[u64],
-    heuristic: &mut dyn Heuristic,
-) -> (End, u64) {
-    let task = space.task;
-    let mut open = Open::default();
-    space.insert(initial, u32::MAX, u32::MAX);
-    open.known.push(Known { path_cost: 0, estimate: 0, evaluated: false });
-    open.push(0);
-    // The estimates need not be consistent, so that totals may fall again.
-    let mut lower_bound = 0;
-    let (mut applicable, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
-    while let Some(Reverse((total, bound, _, number, path_cost))) = open.queue.pop() {
-        let known = &mut open.known[number as usize];
-        if path_cost > known.path_cost || bound < known.estimate {
-            continue;
-        }
-        lower_bound = total.max(lower_bound);
-        before.clear();
-        before.extend_from_slice(space.store.get(number));
-        if task.is_goal(&before) {
-            return (End::Found(space.path(number)), path_cost);
-        }
-        if let Some(end) = space.limit() {
-            return (end, lower_bound);
-        }
-        if !std::mem::replace(&mut known.evaluated, true) {
-            space.phase.evaluated += 1;
-            known.estimate = heuristic.estimate(&before).unwrap_or(u64::MAX).max(bound);
-            if known.estimate > bound {
-                if known.estimate < u64::MAX {
-                    open.push(number);
-                }
+/// A search from a state for a cheapest plan that can be stopped and resumed. Ties go to the smaller
+/// estimate, then to the state found last.
+pub(in crate::planning) struct AStar<'a> {
+    space: Space<'a>,
+    costs: &'a [u64],
+    heuristic: Box<dyn Heuristic + 'a>,
+    open: Open,
+    lower_bound: u64,
+}
+
+impl<'a> AStar<'a> {
+    pub(in crate::planning) fn new(
+        task: &'a Task,
+        initial: &[u64],
+        costs: &'a [u64],
+        heuristic: (&'static str, Box<dyn Heuristic + 'a>),
+        limits: Limits<'a>,
+    ) -> Self {
+        let (name, heuristic) = heuristic;
+        let mut space = Space::new(task, limits, name);
+        let mut open = Open::default();
+        space.insert(initial, u32::MAX, u32::MAX);
+        open.known.push(Known { path_cost: 0, estimate: 0, evaluated: false });
+        open.push(0);
+        Self { space, costs, heuristic, open, lower_bound: 0 }
+    }
+
+    /// No plan is cheaper than this.
+    pub(in crate::planning) fn lower_bound(&self) -> u64 {
+        self.lower_bound
+    }
+
+    /// What was done so far.
+    pub(in crate::planning) fn phase(&self) -> Phase {
+        self.space.phase.clone()
+    }
+
+    /// Goes on until that many states have been expanded in all, at most.
+    pub(in crate::planning) fn run(&mut self, expansions_max: u64) -> End {
+        self.space.limits.expansions_max = expansions_max;
+        let (mut applicable, mut state) = (Vec::new(), Vec::new());
+        while let Some(entry) = self.open.queue.pop() {
+            let Reverse((total, bound, _, number, path_cost)) = entry;
+            let known = &mut self.open.known[number as usize];
+            if path_cost > known.path_cost || bound < known.estimate {
                 continue;
             }
+            // The estimates need not be consistent, so that totals may fall again.
+            self.lower_bound = total.max(self.lower_bound);
+            state.clear();
+            state.extend_from_slice(self.space.store.get(number));
+            if self.space.task.is_goal(&state) {
+                self.lower_bound = path_cost;
+                return End::Found(self.space.path(number));
+            }
+            if let Some(end) = self.space.limit() {
+                self.open.queue.push(entry);
+                return end;
+            }
+            if !std::mem::replace(&mut known.evaluated, true) {
+                self.space.phase.evaluated += 1;
+                known.estimate = self.heuristic.estimate(&state).unwrap_or(u64::MAX).max(bound);
+                if known.estimate > bound {
+                    if known.estimate < u64::MAX {
+                        self.open.push(number);
+                    }
+                    continue;
+                }
+            }
+            self.space.task.successors.find(&self.space.task.operators, &state, &mut applicable);
+            self.expand(number, &state, &applicable);
         }
-        let estimate = known.estimate;
+        self.lower_bound = u64::MAX;
+        End::Exhausted(self.space.store.len())
+    }
+
+    fn expand(&mut self, number: u32, state: &[u64], applicable: &[u32]) {
+        let Self { space, open, .. } = self;
+        let task = space.task;
+        let Known { path_cost, estimate, .. } = open.known[number as usize];
+        let mut after = Vec::new();
         space.phase.expanded += 1;
-        task.successors.find(&task.operators, &before, &mut applicable);
-        for &action in &applicable {
+        for &action in applicable {
             space.phase.generated += 1;
-            task.apply(&task.operators[action as usize], &before, &mut after);
-            let cost = costs[action as usize];
+            task.apply(&task.operators[action as usize], state, &mut after);
+            let cost = self.costs[action as usize];
             let path_cost = path_cost.saturating_add(cost);
             let (next, new) = space.insert(&after, number, action);
             if new {
@@ -115,5 +142,4 @@ fn search(
         }
         space.queue_bytes = open.queue.len() * 40 + open.known.len() * 24;
     }
-    (End::Exhausted(space.store.len()), u64::MAX)
 }

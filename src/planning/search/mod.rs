@@ -6,7 +6,7 @@ mod improve;
 mod regress;
 mod shorten;
 
-pub(super) use astar::astar;
+pub(super) use astar::AStar;
 pub(super) use greedy::greedy;
 pub(super) use improve::improve;
 pub(super) use shorten::shorten;
