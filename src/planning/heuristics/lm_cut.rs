@@ -214,6 +214,8 @@ impl Heuristic for LmCut<'_> {
         if self.cost[GOAL as usize] == UNREACHED {
             return None;
         }
+        // With conditional effects the cuts can sum to less than the first max cost.
+        let max = u64::from(self.cost[GOAL as usize]);
         let mut sum = 0;
         while self.cost[GOAL as usize] > 0 {
             self.find_cut(state);
@@ -228,6 +230,6 @@ impl Heuristic for LmCut<'_> {
             }
             self.explore_again();
         }
-        Some(sum)
+        Some(sum.max(max))
     }
 }

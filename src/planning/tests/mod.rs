@@ -1,5 +1,7 @@
 //! Planning as a whole, against brute force by direct interpretation.
 
+mod search;
+
 use std::collections::VecDeque;
 
 use proptest::prelude::*;
@@ -80,11 +82,17 @@ fn brute_force(domain: &Domain, problem: &Problem) -> Option<u64> {
 fn agrees_with_brute_force(domain: &Domain, problem: &Problem) {
     let request = PlanRequest::new(problem);
     let shortest = brute_force(domain, problem);
-    let with = |optimal_heuristic| (Budget { optimal_heuristic, ..budget(true) }, true);
-    let guided = [OptimalHeuristic::Max, OptimalHeuristic::Patterns].map(with);
-    for (budget, optimal) in
-        guided.into_iter().chain([(budget(true), true), (budget(false), false)])
-    {
+    let guided = |optimal_heuristic| (Budget { optimal_heuristic, ..budget(true) }, true);
+    let improved = Budget { improve_expansions_max: 1000, ..budget(false) };
+    for (budget, optimal) in [
+        guided(OptimalHeuristic::Auto),
+        guided(OptimalHeuristic::Blind),
+        guided(OptimalHeuristic::Max),
+        guided(OptimalHeuristic::LmCut),
+        guided(OptimalHeuristic::Patterns),
+        (budget(false), false),
+        (improved, false),
+    ] {
         match (plan(domain, &request, &budget).outcome, shortest) {
             (Outcome::Unsolvable { .. }, None) => {}
             (Outcome::Solved(plan), Some(shortest)) => {
