@@ -197,7 +197,7 @@ fn replayed(task: &Task, costs: &[u64], state: &[u64], operators: &[u32]) -> u64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn bounds_landmarks_and_searches_agree_with_brute_force((task, costs) in random_task(false)) {
@@ -210,7 +210,7 @@ proptest! {
     }
 }
 
-/// A tower that is to be built anew in the opposite order, next to others.
+/// A tower of an odd number of blocks that is to be built anew in another order.
 fn tall_task(n: usize) -> (Task, Vec<u64>, Vec<u64>) {
     let name = |i: usize| format!("b{i}");
     let blocks: String = (0..n).map(|i| format!("b{i} ")).collect();
@@ -248,7 +248,7 @@ fn more_improvement_never_costs_more_and_is_repeatable() {
 
 #[test]
 fn an_interrupt_ends_every_search_with_what_it_has() {
-    let (task, state, costs) = tall_task(12);
+    let (task, state, costs) = tall_task(13);
     let after = |n_asked: u32| {
         let left = Cell::new(n_asked);
         move || {
@@ -272,7 +272,8 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
     let whole = task.search_from(&state, &costs, &improving, &|| false);
     let cut = task.search_from(&state, &costs, &improving, &after(n_asked.get() + 20));
     let improvement = |phases: &[Phase]| phases.last().map_or(0, |p| p.expanded);
-    assert!(improvement(&cut.phases) < 1000 && improvement(&whole.phases) > 1000);
+    let expanded = (improvement(&cut.phases), improvement(&whole.phases));
+    assert!(expanded.0 < expanded.1, "{expanded:?}");
     let (SearchEnd::Found { cost: best, .. }, SearchEnd::Found { operators, cost, .. }) =
         (whole.end, cut.end)
     else {
