@@ -3,9 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::formula::Formula;
-use super::heuristics::{
-    Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared,
-};
+use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared};
 use super::search::{self, AStar, End, Limits};
 use super::task::Task;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
@@ -160,11 +158,10 @@ type Build = for<'a> fn(&'a Task, &[u64]) -> Box<dyn Heuristic + 'a>;
 const BLIND: (&str, Build) = ("astar blind", |task, costs| Box::new(Blind::new(task, costs)));
 const MAX: (&str, Build) = ("astar max", |task, costs| Box::new(Max::new(task, costs)));
 const LM_CUT: (&str, Build) = ("astar lm-cut", |task, costs| Box::new(LmCut::new(task, costs)));
-const PATTERNS: (&str, Build) =
-    ("astar patterns", |task, costs| match Prepared::databases(task) {
-        Some(databases) => Box::new(Patterns(databases)),
-        None => Box::new(Blind::new(task, costs)),
-    });
+const PATTERNS: (&str, Build) = ("astar patterns", |task, costs| match Prepared::databases(task) {
+    Some(databases) => Box::new(Patterns(databases)),
+    None => Box::new(Blind::new(task, costs)),
+});
 
 /// One planning call.
 struct Call<'a> {
