@@ -185,7 +185,7 @@ impl Builder {
     /// Which nodes the goal can depend on; drops the others from the edges.
     fn keep_relevant(&mut self) -> Vec<bool> {
         let mut reached_by = vec![Vec::new(); self.n_nodes as usize];
-        for (idx, edge) in (0..).zip(&self.edges) {
+        for (idx, edge) in (0_u32..).zip(&self.edges) {
             edge.heads.iter().for_each(|&h| reached_by[h as usize].push(idx));
         }
         let mut relevant = vec![false; self.n_nodes as usize];
@@ -194,12 +194,8 @@ impl Builder {
         let mut open = vec![GOAL];
         while let Some(node) = open.pop() {
             for &edge in &reached_by[node as usize] {
-                let edge: &Edge = &self.edges[edge as usize];
-                for &part in &edge.tail {
-                    if !std::mem::replace(&mut relevant[part as usize], true) {
-                        open.push(part);
-                    }
-                }
+                let tail = self.edges[edge as usize].tail.iter().copied();
+                open.extend(tail.filter(|&t| !std::mem::replace(&mut relevant[t as usize], true)));
             }
         }
         for edge in &mut self.edges {

@@ -159,23 +159,29 @@ impl<'a> LmCut<'a> {
         }
     }
 
-    /// The actions of the cut in front of the goal zone: every plan has one of them.
-    fn find_cut(&mut self, state: &[u64]) {
-        let graph = self.graph;
+    /// Marks the nodes from which the goal is reached at no cost.
+    fn mark_goal_zone(&mut self) {
         self.zone.fill(Zone::Unknown);
         self.zone[GOAL as usize] = Zone::Goal;
         self.open.clear();
         self.open.push(GOAL);
         while let Some(node) = self.open.pop() {
-            for &edge in graph.reached_by.get(node) {
-                if self.n_missing[edge as usize] == 0 && self.edge_cost(edge) == 0 {
-                    let part = self.dearest[edge as usize];
-                    if std::mem::replace(&mut self.zone[part as usize], Zone::Goal) != Zone::Goal {
-                        self.open.push(part);
-                    }
+            for &edge in self.graph.reached_by.get(node) {
+                if self.n_missing[edge as usize] > 0 || self.edge_cost(edge) > 0 {
+                    continue;
+                }
+                let part = self.dearest[edge as usize];
+                if self.zone[part as usize] == Zone::Unknown {
+                    self.zone[part as usize] = Zone::Goal;
+                    self.open.push(part);
                 }
             }
         }
+    }
+
+    /// The actions of the cut in front of the goal zone: every plan has one of them.
+    fn find_cut(&mut self, state: &[u64]) {
+        let graph = self.graph;
         self.cut.clear();
         let (zone, open) = (&mut self.zone, &mut self.open);
         graph.each_holding(state, |node| {
@@ -194,12 +200,11 @@ impl<'a> LmCut<'a> {
                     self.cut.push(graph.actions[edge as usize]);
                     continue;
                 }
-                for &head in heads {
-                    if self.zone[head as usize] == Zone::Unknown {
-                        self.zone[head as usize] = Zone::Before;
-                        self.open.push(head);
-                    }
-                }
+                let (zone, open) = (&mut self.zone, &mut self.open);
+                let new = |head: &u32| zone[*head as usize] == Zone::Unknown;
+                let old_len = open.len();
+                open.extend(heads.iter().copied().filter(new));
+                open[old_len..].iter().for_each(|&head| zone[head as usize] = Zone::Before);
             }
         }
         self.cut.sort_unstable();
@@ -218,6 +223,7 @@ impl Heuristic for LmCut<'_> {
         let max = u64::from(self.cost[GOAL as usize]);
         let mut sum = 0;
         while self.cost[GOAL as usize] > 0 {
+            self.mark_goal_zone();
             self.find_cut(state);
             let cheapest = self.cut.iter().map(|&action| self.left[action as usize]).min();
             // A cut is never empty, and never free, while the goal costs something.

@@ -91,12 +91,11 @@ impl<'a> Relaxation<'a> {
             supporter[node as usize] = NONE;
             queue.push(0, node);
         });
-        while let Some((cost, node)) = queue.pop() {
+        // One edge alone reaches the goal; nothing later can make it cheaper.
+        let last = graph.reached_by.get(GOAL)[0];
+        'nodes: while let Some((cost, node)) = queue.pop() {
             if cost > costs[node as usize] {
                 continue;
-            }
-            if node == GOAL {
-                break;
             }
             for &edge in graph.waiting.get(node) {
                 let Pending { cost: total, n_missing } = &mut pending[edge as usize];
@@ -106,13 +105,9 @@ impl<'a> Relaxation<'a> {
                     continue;
                 }
                 let total = total.saturating_add(edge_costs[edge as usize]).min(COST_MAX);
-                for &head in graph.heads.get(edge) {
-                    let known = &mut costs[head as usize];
-                    if total < *known {
-                        *known = total;
-                        supporter[head as usize] = edge;
-                        queue.push(total, head);
-                    }
+                lower(graph.heads.get(edge), (edge, total), costs, supporter, queue);
+                if edge == last {
+                    break 'nodes;
                 }
             }
         }
@@ -140,5 +135,24 @@ impl<'a> Relaxation<'a> {
         }
         plan.sort_unstable();
         plan.dedup();
+    }
+}
+
+/// Edge `edge` reaches its heads at this cost.
+#[inline]
+fn lower(
+    heads: &[u32],
+    (edge, total): (u32, u32),
+    costs: &mut [u32],
+    supporter: &mut [u32],
+    queue: &mut Queue,
+) {
+    for &head in heads {
+        let known = &mut costs[head as usize];
+        if total < *known {
+            *known = total;
+            supporter[head as usize] = edge;
+            queue.push(total, head);
+        }
     }
 }

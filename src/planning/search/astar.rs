@@ -101,12 +101,13 @@ impl<'a> AStar<'a> {
             if !std::mem::replace(&mut known.evaluated, true) {
                 self.space.phase.evaluated += 1;
                 known.estimate = self.heuristic.estimate(&state).unwrap_or(u64::MAX).max(bound);
-                if known.estimate > bound {
-                    if known.estimate < u64::MAX {
-                        self.open.push(number);
-                    }
-                    continue;
-                }
+            }
+            let estimate = known.estimate;
+            if estimate > bound && estimate < u64::MAX {
+                self.open.push(number);
+            }
+            if estimate > bound {
+                continue;
             }
             self.space.task.successors.find(&self.space.task.operators, &state, &mut applicable);
             self.expand(number, &state, &applicable);

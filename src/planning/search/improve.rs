@@ -74,17 +74,21 @@ struct Window<'a> {
 impl Improver<'_> {
     fn run(&mut self, mut plan: Vec<u32>) -> Vec<u32> {
         for weight in WEIGHTS {
-            loop {
-                let before = self.cost(&plan);
-                for length in LENGTHS {
-                    plan = self.sweep(plan, length, weight);
-                    if length >= plan.len() {
-                        break;
-                    }
-                }
-                if self.is_over() || self.cost(&plan) == before {
-                    break;
-                }
+            let mut before = u64::MAX;
+            while self.cost(&plan) < before && !self.is_over() {
+                before = self.cost(&plan);
+                plan = self.sweeps(plan, weight);
+            }
+        }
+        plan
+    }
+
+    /// Tries to replace parts of all lengths, from short ones to the whole plan.
+    fn sweeps(&mut self, mut plan: Vec<u32>, weight: u64) -> Vec<u32> {
+        for length in LENGTHS {
+            plan = self.sweep(plan, length, weight);
+            if length >= plan.len() {
+                break;
             }
         }
         plan
@@ -192,15 +196,24 @@ impl Improver<'_> {
 /// The states of a window's search.
 struct Open {
     store: StateStore,
-    /// Parent, action, path cost and estimate of each state.
-    reached_by: Vec<((u32, u32), u64, Option<u64>)>,
-    /// (weighted total, estimate, state, path cost); among equals the state found last.
-    queue: BinaryHeap<Reverse<(u64, u64, Reverse<u32>, u64)>>,
+    known: Vec<Known>,
+    queue: BinaryHeap<Entry>,
 }
+
+/// What a window's search knows of a state.
+struct Known {
+    /// Parent and action.
+    reached_by: (u32, u32),
+    path_cost: u64,
+    estimate: Option<u64>,
+}
+
+/// (weighted total, estimate, state, path cost); among equals the state found last comes first.
+type Entry = Reverse<(u64, u64, Reverse<u32>, u64)>;
 
 impl Open {
     fn new(words: usize) -> Self {
-        Self { store: StateStore::new(words), reached_by: Vec::new(), queue: BinaryHeap::new() }
+        Self { store: StateStore::new(words), known: Vec::new(), queue: BinaryHeap::new() }
     }
 
     /// Takes in a state unless it was reached as cheaply before, or looks too dear.
@@ -218,16 +231,16 @@ impl Open {
         let (number, new) = self.store.insert(state);
         if new {
             let estimate = estimates.estimate(state);
-            self.reached_by.push((from, cost, estimate));
+            self.known.push(Known { reached_by: from, path_cost: cost, estimate });
         } else {
-            let (known_from, known_cost, _) = &mut self.reached_by[number as usize];
-            if *known_cost <= cost {
+            let known = &mut self.known[number as usize];
+            if known.path_cost <= cost {
                 return;
             }
-            (*known_from, *known_cost) = (from, cost);
+            (known.reached_by, known.path_cost) = (from, cost);
         }
-        if let Some(estimate) = self.reached_by[number as usize].2
-            && cost.saturating_add(estimate) < window.bound.saturating_add(1)
+        if let Some(estimate) = self.known[number as usize].estimate
+            && cost.saturating_add(estimate) <= window.bound
         {
             let weighted = estimate.saturating_mul(window.weight) / WEIGHT_UNIT;
             let total = cost.saturating_add(weighted);
@@ -238,7 +251,7 @@ impl Open {
     fn pop(&mut self) -> Option<(u32, u64)> {
         loop {
             let Reverse((_, _, Reverse(number), cost)) = self.queue.pop()?;
-            if self.reached_by[number as usize].1 == cost {
+            if self.known[number as usize].path_cost == cost {
                 return Some((number, cost));
             }
         }
@@ -247,7 +260,7 @@ impl Open {
     fn path(&self, number: u32) -> Vec<u32> {
         let mut path = Vec::new();
         let mut at = number;
-        while let ((parent, action), ..) = self.reached_by[at as usize]
+        while let (parent, action) = self.known[at as usize].reached_by
             && parent != u32::MAX
         {
             path.push(action);

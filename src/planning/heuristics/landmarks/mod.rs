@@ -75,7 +75,9 @@ impl Landmarks {
         let timely =
             bits::members(&new).filter(|&i| bits::is_subset(orders.before.get(i), reached));
         let timely: Vec<usize> = timely.collect();
-        timely.into_iter().for_each(|idx| bits::insert(reached, idx));
+        for idx in timely {
+            bits::insert(reached, idx);
+        }
         let mut left = self.literals.len() as u64;
         for idx in bits::members(reached) {
             let lost = !bits::contains(holding, idx);
