@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{Grounded, PlanQuery, Planner};
 use crate::config::PlannerConfig;
 use crate::messages::{GoalMessage, PlanVerdict, Scene};
-use crate::pddl::{Domain, Name, Step};
+use crate::pddl::{Domain, Name, Step, Typed};
 use crate::planning::{
     Answer, Climbed, GroundingLimits, Ladder, LadderEnd, LadderSettings, Outcome, Reply, Rest,
     Rung, TableEnd, TableJob, TableLimits,
@@ -37,8 +37,25 @@ pub struct Replanner {
     missing: Vec<Name>,
     /// The last plan by names.
     named: Option<Named>,
+    /// The last question that could not be packed, with its answer.
+    loose: Option<(Loose, Reply)>,
     requests: u64,
     pending: Option<TableRequest>,
+}
+
+/// A question over objects for which no task could be grounded.
+#[derive(Debug, Clone, PartialEq)]
+struct Loose {
+    objects: Vec<Typed>,
+    facts: Facts,
+    failures: BTreeMap<Step, u32>,
+}
+
+impl Loose {
+    fn new(scene: &Scene, failures: &BTreeMap<Step, u32>) -> Self {
+        let (objects, facts) = (scene.typed_objects(), scene.confirmed());
+        Self { objects, facts, failures: failures.clone() }
+    }
 }
 
 /// A plan by names, with the operators that it was made from.
@@ -127,6 +144,7 @@ impl Replanner {
             ladder: None,
             missing: Vec::new(),
             named: None,
+            loose: None,
             requests: 0,
             pending: None,
         }
@@ -157,22 +175,24 @@ impl Replanner {
 
     /// Takes in what is believed.
     pub fn observe(&mut self, scene: &Scene, goal: &GoalMessage) {
-        let seen = |name: &Name| scene.objects.iter().any(|object| object.name == *name);
-        self.missing.clear();
-        let unseen = goal.named.iter().filter(|named| !seen(&named.name));
-        self.missing.extend(unseen.map(|named| named.name.clone()));
+        let objects = scene.objects.iter().map(|object| (&object.name, &object.type_name));
+        let known = self.ladder.take_if(|ladder| *ladder.goal() == goal.goal);
+        let as_before = known.as_ref().is_some_and(|ladder| ladder.has_objects(objects.clone()));
+        if !(as_before && self.missing.is_empty()) {
+            let seen = |name: &Name| scene.objects.iter().any(|object| object.name == *name);
+            let unseen = goal.named.iter().filter(|named| !seen(&named.name));
+            self.missing = unseen.map(|named| named.name.clone()).collect();
+        }
+        if known.is_none() {
+            (self.pending, self.named, self.loose) = (None, None, None);
+        }
+        let ladder = self.ladder.insert(known.unwrap_or_else(|| {
+            let (domain, settings) = (Arc::clone(&self.domain), Arc::clone(&self.settings));
+            Ladder::new(domain, goal.goal.clone(), settings)
+        }));
         if !self.missing.is_empty() {
             return;
         }
-        let ladder = match &mut self.ladder {
-            Some(ladder) if *ladder.goal() == goal.goal => ladder,
-            other => {
-                (self.pending, self.named) = (None, None);
-                let (domain, settings) = (Arc::clone(&self.domain), Arc::clone(&self.settings));
-                other.insert(Ladder::new(domain, goal.goal.clone(), settings))
-            }
-        };
-        let objects = scene.objects.iter().map(|object| (&object.name, &object.type_name));
         let facts = scene.facts.iter().map(|fact| (&fact.atom, fact.confirmed));
         if let Err(error) = ladder.observe(objects, facts) {
             tracing::debug!(%error, "no task for every state");
@@ -195,10 +215,20 @@ impl Replanner {
         let reply = match ladder.climb(failures) {
             Climbed::Reply(reply) => reply,
             Climbed::Search => {
+                let loose = ladder.grounded().is_none().then(|| Loose::new(scene, failures));
+                if let (Some(asked), Some((question, reply))) = (&loose, &self.loose)
+                    && asked == question
+                {
+                    let Reply { end, .. } = reply.clone();
+                    return Decided { end: Some(end), rung: Some(Rung::Unchanged), expansions: 0 };
+                }
                 let question = (&*self.domain, scene, goal, failures);
                 let penalty = self.settings.failure_penalty;
                 let answer = search(&*self.planner, ladder, question, penalty, patience);
-                ladder.take(answer, failures)
+                let reply = ladder.take(answer, failures);
+                let settled = loose.filter(|_| !reply.is_late());
+                self.loose = settled.map(|question| (question, reply.clone()));
+                reply
             }
         };
         let Reply { rung, end, expansions } = reply;

@@ -9,7 +9,6 @@ use super::reply::{Climbed, Counters, End, Reply, Rest};
 use super::table::{Table, TableEnd, TableJob, TableLimits};
 use super::{Reuse, Rung};
 use crate::pddl::{Atom, Condition, Domain, Name, Step, Typed};
-use crate::planning::solve::INTERRUPTED;
 use crate::planning::{Answer, GroundingLimits, Outcome, TaskError};
 use crate::scene::Truth;
 
@@ -124,7 +123,7 @@ impl Ladder {
     }
 
     /// Whether these are the objects that were observed last, in the same order.
-    fn has_objects<'f>(&self, objects: impl Iterator<Item = (&'f Name, &'f Name)>) -> bool {
+    pub fn has_objects<'f>(&self, objects: impl Iterator<Item = (&'f Name, &'f Name)>) -> bool {
         let mut known = self.objects.iter();
         let mut objects = objects;
         objects.all(|now| known.next().is_some_and(|(n, t)| (n, t) == now)) && known.len() == 0
@@ -197,7 +196,9 @@ impl Ladder {
             return Climbed::Search;
         };
         let asked = self.last.as_ref().filter(|last| last.failures == *failures);
-        if let Some(last) = asked.filter(|last| last.packed == self.observed && !last.is_late()) {
+        if let Some(last) =
+            asked.filter(|last| last.packed == self.observed && !last.reply.is_late())
+        {
             let reply = Reply { rung: Rung::Unchanged, expansions: 0, end: last.reply.end.clone() };
             self.counters.count(Rung::Unchanged);
             return Climbed::Reply(reply);
@@ -323,13 +324,5 @@ impl Ladder {
             }
         }
         self.last = None;
-    }
-}
-
-impl Last {
-    /// Whether nobody waited for the answer: then the question is still open.
-    fn is_late(&self) -> bool {
-        matches!(&self.reply.end, End::NoPlan(Outcome::OutOfBudget { limit, .. })
-            if *limit == INTERRUPTED)
     }
 }

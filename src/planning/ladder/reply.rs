@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::Rung;
 use crate::pddl::Atom;
 use crate::planning::Outcome;
+use crate::planning::solve::INTERRUPTED;
 
 /// A rest of a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,5 +71,13 @@ impl Rest {
     /// Nothing is left to do.
     pub(super) fn none() -> Self {
         Self { operators: Arc::new([]), at: 0, cost: 0, proven_optimal: true }
+    }
+}
+
+impl Reply {
+    /// Whether nobody waited for the answer: then the question is still open.
+    pub fn is_late(&self) -> bool {
+        matches!(&self.end, End::NoPlan(Outcome::OutOfBudget { limit, .. })
+            if *limit == INTERRUPTED)
     }
 }
