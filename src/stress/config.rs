@@ -16,7 +16,7 @@ pub struct StressConfig {
     pub origin: PathBuf,
     /// Seed of everything random.
     pub seed: u64,
-    /// How often everything is measured; figures are medians over these.
+    /// How often everything is measured. Quantiles are over all; `--check` looks at the quickest.
     pub repeats: u32,
     /// How long a plan may take to come before the test is given up, seconds of wall time.
     pub answer_s_max: f64,

@@ -6,12 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::telemetry::thread_cpu_ns;
 
-/// Words of the calibration's table: 1 MiB, more than the first cache and less than the last.
-const TABLE_WORDS: usize = 1 << 17;
-/// Steps of one calibration: about ten milliseconds.
-const STEPS: u64 = 2_000_000;
-/// Calibrations, of which the quickest counts: whatever disturbs one makes it slower.
-const ROUNDS: usize = 5;
+/// Words of the calibration's table: 256 KiB, about what a replan touches.
+const TABLE_WORDS: usize = 1 << 15;
+/// Steps of one calibration: about a millisecond.
+const STEPS: u64 = 300_000;
 
 /// How busy the machine is: running tasks, averaged over 1, 5 and 15 minutes.
 pub(super) type Load = [f64; 3];
@@ -43,10 +41,6 @@ pub(super) fn processor() -> Processor {
 /// Thread-CPU nanoseconds of a fixed piece of work on integers and memory: what one unit of work
 /// costs on this machine now.
 pub(super) fn calibrate() -> u64 {
-    (0..ROUNDS).map(|_| one_round()).min().unwrap_or(1).max(1)
-}
-
-fn one_round() -> u64 {
     let mut table: Vec<u64> = (0..TABLE_WORDS as u64).collect();
     let started_ns = thread_cpu_ns();
     let mut at: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -59,5 +53,5 @@ fn one_round() -> u64 {
         at = at.wrapping_add(*slot >> 32);
     }
     black_box((at, table));
-    thread_cpu_ns() - started_ns
+    (thread_cpu_ns() - started_ns).max(1)
 }

@@ -38,7 +38,8 @@ pub struct Machine {
     pub processors: usize,
     /// Load averages (1, 5, 15 minutes) before the first repeat and after each one.
     pub load: Vec<[f64; 3]>,
-    /// Thread-CPU time of a fixed piece of work: the median over all repeats.
+    /// Thread-CPU time of a fixed piece of work, timed between all parts: the least of the repeats'
+    /// medians.
     pub calibration_ns: u64,
 }
 
