@@ -22,7 +22,7 @@ pub use check::{Judgement, Verdict, check};
 pub use config::{CaseConfig, Rate, StressConfig, load_stress};
 pub use error::StressError;
 pub use feed::{Feed, Feeder, View};
-pub use logs::write_logs;
+pub use logs::{Logs, write_logs};
 pub use measure::{Cell, Quantiles};
 pub use plot::plot;
 pub use report::{Comparison, Machine, Report};

@@ -9,7 +9,7 @@ use super::reference::Reference;
 use super::report::FORMAT;
 use super::session::{Answer, Session, Start, nanoseconds};
 use super::{
-    Comparison, Feed, Instance, Machine, Rate, Report, StressConfig, StressError, machine,
+    Comparison, Feed, Instance, Logs, Machine, Rate, Report, StressConfig, StressError, machine,
 };
 use crate::pddl::{Step, Typed};
 use crate::planners::FastDownward;
@@ -60,7 +60,7 @@ struct Seen {
 pub async fn run_stress(
     options: &Options<'_>,
     progress: &mut Progress<'_>,
-) -> Result<(Report, super::logs::Logs), StressError> {
+) -> Result<(Report, Logs), StressError> {
     let config = options.config;
     let parts = parts(config, options.instances);
     let n_parts = parts.len() as u64 * u64::from(config.repeats);
@@ -107,7 +107,7 @@ pub async fn run_stress(
         cells: samples.iter().map(|(key, samples)| samples.cell(key)).collect(),
         comparisons,
     };
-    Ok((report, super::logs::Logs(samples)))
+    Ok((report, Logs(samples)))
 }
 
 /// Of the parts of a problem one is compared: that with the least that is known beforehand, back
@@ -124,13 +124,20 @@ fn parts<'a>(config: &StressConfig, instances: &'a [Instance]) -> Vec<Part<'a>> 
         let case = case_of(config, instance);
         for &feed in &case.feeds {
             for &rate in &case.rates_hz {
-                let seed =
-                    config.seed.wrapping_mul(1_000_003).wrapping_add(parts.len() as u64 * 1000);
-                parts.push(Part { instance, feed, rate, seed });
+                let mut part = Part { instance, feed, rate, seed: 0 };
+                part.seed = seed(config.seed, &part.key("").to_string());
+                parts.push(part);
             }
         }
     }
     parts
+}
+
+/// A seed of a part's own, whatever other parts there are: FNV-1a over its name.
+fn seed(seed: u64, name: &str) -> u64 {
+    let start = 0xcbf2_9ce4_8422_2325 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    name.bytes()
+        .fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
 /// One session: a cold start, a warm-up, then what counts.
