@@ -96,8 +96,8 @@ fn solve(domain: &Domain, problem: &Problem) {
         minimise_cost: false,
     };
     if let Ok(task) = Task::new(&input, Coverage::AllStates, &grounding()) {
-        let groups = MutexGroups::synthesise(&task).hold_in(problem.init.iter());
-        assert!(groups.violations(problem.init.iter()).is_empty());
+        let groups = MutexGroups::synthesise(&task).hold_in(&problem.init);
+        assert!(groups.violations(&problem.init).is_empty());
     }
 }
 

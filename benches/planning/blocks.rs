@@ -1,7 +1,6 @@
 //! Random states of many blocks: one search, then improvement for ten times as long.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 
 use groundloop::pddl::{Atom, Condition, Domain, SourceText, Typed, parse_domain, parse_goal};
@@ -56,7 +55,7 @@ pub(super) fn measure() {
 
 fn figures(domain: &Domain, n: usize) -> Figures {
     let mut random = ChaCha8Rng::seed_from_u64(n as u64);
-    let names = (0..n).map(|i| Typed::new(format!("b{i}"), "block"));
+    let names = (0..n).map(|i| Typed::new(format!("b{i}").as_str(), "block"));
     let objects: Vec<Typed> = names.chain([Typed::new("arm", "robot")]).collect();
     let goal: String = ons(&towers(n, &mut random)).map(|atom| atom.to_string()).collect();
     let goal = SourceText::new("goal", format!("(and {goal})"));
@@ -100,7 +99,8 @@ fn figures(domain: &Domain, n: usize) -> Figures {
 }
 
 fn facts(towers: &[Vec<usize>]) -> BTreeSet<Atom> {
-    let of_one = |predicate: &str, block: usize| Atom::new(predicate, &[format!("b{block}").as_str()]);
+    let of_one =
+        |predicate: &str, block: usize| Atom::new(predicate, &[format!("b{block}").as_str()]);
     let mut facts: BTreeSet<Atom> = ons(towers).collect();
     for tower in towers {
         facts.insert(of_one("ontable", tower[0]));

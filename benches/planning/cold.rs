@@ -14,7 +14,9 @@ const REPEATS: usize = 21;
 /// Text to plan, for every problem of the data set and a tower of ten disks.
 pub(super) fn measure() {
     let Some(root) = data("prodgv/data") else { return };
-    println!("\n| parse + ground + first plan | problems | p50 ms | max ms | sum of optimal costs |");
+    println!(
+        "\n| parse + ground + first plan | problems | p50 ms | max ms | sum of optimal costs |"
+    );
     println!("|---|---|---|---|---|");
     for name in ["blocksworld", "cooking", "hanoi"] {
         let folder = root.join(name);
@@ -76,4 +78,3 @@ fn ten_disks() -> SourceText {
         ),
     )
 }
-

@@ -20,7 +20,9 @@ pub(super) fn measure(optimal: bool) {
     let config = if optimal { "astar_lmcut" } else { "lama_first" };
     let fast_downward = fast_downward(optimal);
     let theirs = if fast_downward.is_some() { "now" } else { "recorded elsewhere" };
-    println!("\n| corpus, {config} | cost | theirs | CPU ms | Fast Downward's ({theirs}) | expanded |");
+    println!(
+        "\n| corpus, {config} | cost | theirs | CPU ms | Fast Downward's ({theirs}) | expanded |"
+    );
     println!("|---|---|---|---|---|---|");
     let (mut ours_ms, mut theirs_ms, mut n_solved) = (0.0, 0.0, 0);
     for line in recorded.lines().skip(1) {
@@ -37,11 +39,12 @@ pub(super) fn measure(optimal: bool) {
             let answer = plan(&domain, &PlanRequest::new(&problem), &budget);
             (domain, problem, answer)
         });
-        let found = cost(&domain, &problem, &answer.outcome);
+        let request = PlanRequest::new(&problem);
+        let found = cost(&domain, &request, &answer.outcome);
         let (their_cost, their_ms) = match &fast_downward {
             Some(planner) => {
-                let theirs = planner.solve(&domain, &PlanRequest::new(&problem), &|| false);
-                (cost(&domain, &problem, &theirs.outcome), theirs.cpu_ns as f64 / 1e6)
+                let theirs = planner.solve(&domain, &request, &|| false);
+                (cost(&domain, &request, &theirs.outcome), theirs.cpu_ns as f64 / 1e6)
             }
             None => {
                 let ms = [5, 6].iter().filter_map(|&i| fields[i].parse::<f64>().ok()).sum();
@@ -81,4 +84,3 @@ fn fast_downward(optimal: bool) -> Option<FastDownward> {
     let settings = PlannerSettings { config: &config, file: "environment", folder: Path::new("") };
     Some(FastDownward::new(&settings).unwrap_or_else(|e| panic!("{e}")))
 }
-

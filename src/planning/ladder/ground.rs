@@ -130,7 +130,7 @@ impl Ground {
     /// The facts of a state that exclude each other.
     pub(super) fn violations(&self, state: &[u64]) -> Vec<Atom> {
         let facts = self.facts(state);
-        let atoms = self.groups.violations(facts.iter()).into_iter().flat_map(|v| v.atoms);
+        let atoms = self.groups.violations(&facts).into_iter().flat_map(|v| v.atoms);
         atoms.collect::<BTreeSet<Atom>>().into_iter().collect()
     }
 
@@ -191,7 +191,7 @@ fn groups(task: &Task, known_right: &[BTreeSet<Atom>]) -> MutexGroups {
         return MutexGroups::default();
     }
     let groups = MutexGroups::synthesise(task);
-    known_right.iter().fold(groups, |groups, facts| groups.hold_in(facts.iter()))
+    known_right.iter().fold(groups, |groups, facts| groups.hold_in(facts))
 }
 
 fn masks(atoms: &[u32]) -> Vec<(u32, u64)> {

@@ -128,17 +128,14 @@ impl MutexGroups {
     }
 
     /// Keeps the groups of which at most one atom holds in a state that is known to be right.
-    pub fn hold_in<'a>(mut self, facts: impl Iterator<Item = &'a Atom> + Clone) -> Self {
-        self.candidates.retain(|candidate| !sorted(candidate, facts.clone()).any(|g| g.len() > 1));
+    pub fn hold_in(mut self, facts: &BTreeSet<Atom>) -> Self {
+        self.candidates.retain(|candidate| !sorted(candidate, facts.iter()).any(|g| g.len() > 1));
         self
     }
 
     /// Every group of which several atoms are among `facts`.
-    pub fn violations<'a>(
-        &self,
-        facts: impl Iterator<Item = &'a Atom> + Clone,
-    ) -> BTreeSet<Violation> {
-        let groups = self.candidates.iter().flat_map(|c| sorted(c, facts.clone()));
+    pub fn violations(&self, facts: &BTreeSet<Atom>) -> BTreeSet<Violation> {
+        let groups = self.candidates.iter().flat_map(|c| sorted(c, facts.iter()));
         let atoms = groups.filter(|group| group.len() > 1);
         atoms.map(|group| Violation { atoms: group.into_iter().cloned().collect() }).collect()
     }

@@ -30,7 +30,7 @@ const PATTERNS_MAX: usize = 150;
 #[derive(Debug)]
 pub(in crate::planning) struct Databases {
     variables: Variables,
-    databases: Vec<Database>,
+    all: Vec<Database>,
     /// Databases that may be added up, by number.
     sums: Vec<Vec<u32>>,
 }
@@ -49,12 +49,12 @@ impl Databases {
             databases.extend(Database::new(task, &variables, pattern, &mut looks_left));
         }
         let sums = sums(&databases);
-        (!databases.is_empty()).then_some(Self { variables, databases, sums })
+        (!databases.is_empty()).then_some(Self { variables, all: databases, sums })
     }
 
     /// The largest sum, in which an action counts once.
     pub(in crate::planning) fn estimate(&self, state: &[u64]) -> Option<u64> {
-        let distances = self.databases.iter().map(|d| d.distance(&self.variables, state));
+        let distances = self.all.iter().map(|d| d.distance(&self.variables, state));
         let distances = distances.collect::<Option<Vec<u64>>>()?;
         let sum = |numbers: &Vec<u32>| {
             let parts = numbers.iter().map(|&number| distances[number as usize]);
