@@ -237,7 +237,7 @@ impl<'a> Call<'a> {
     }
 
     /// Any plan.
-    fn satisficing(&mut self, lower_bound: u64) -> (SearchEnd, u64) {
+    fn satisficing(&mut self, mut lower_bound: u64) -> (SearchEnd, u64) {
         let limits = self.limits("greedy_expansions_max", self.budget.greedy_expansions_max);
         // One more for each step, so that free actions are not free to pile up.
         let costs = self.costs.iter().map(|c| c.saturating_add(1)).collect();
@@ -248,22 +248,32 @@ impl<'a> Call<'a> {
         let end = match end {
             End::Found(plan) => {
                 let plan = search::shorten(self.task, self.state, plan);
-                End::Found(self.improved(plan))
+                End::Found(self.improved(plan, &mut lower_bound))
             }
             other @ (End::Exhausted(_) | End::Limit(..)) => other,
         };
         (self.end(end, false), lower_bound)
     }
 
-    fn improved(&mut self, plan: Vec<u32>) -> Vec<u32> {
+    /// The plan or a cheaper one, unless it is known to be cheapest.
+    fn improved(&mut self, plan: Vec<u32>, lower_bound: &mut u64) -> Vec<u32> {
         let expansions_max = self.budget.improve_expansions_max;
         if expansions_max == 0 || (self.interrupt)() {
+            return plan;
+        }
+        let estimate = LmCut::new(self.task, self.costs).estimate(self.state);
+        *lower_bound = estimate.unwrap_or(0).max(*lower_bound);
+        if self.cost(&plan) <= *lower_bound {
             return plan;
         }
         let limits = self.limits("improve_expansions_max", expansions_max);
         let (plan, phase) = search::improve(self.task, self.state, self.costs, plan, limits);
         self.phases.push(phase);
         plan
+    }
+
+    fn cost(&self, plan: &[u32]) -> u64 {
+        plan.iter().fold(0, |sum, &action| sum.saturating_add(self.costs[action as usize]))
     }
 
     fn end(&self, end: End, proven_optimal: bool) -> SearchEnd {
@@ -277,8 +287,7 @@ impl<'a> Call<'a> {
             }
             End::Limit(limit, value) => SearchEnd::OutOfBudget { limit, value },
             End::Found(operators) => {
-                let costs = operators.iter().map(|&a| self.costs[a as usize]);
-                let cost = costs.fold(0, u64::saturating_add);
+                let cost = self.cost(&operators);
                 SearchEnd::Found { operators, cost, proven_optimal }
             }
         }

@@ -47,6 +47,7 @@ pub(in crate::planning) struct AStar<'a> {
     heuristic: Box<dyn Heuristic + 'a>,
     open: Open,
     lower_bound: u64,
+    scratch: Vec<u64>,
 }
 
 impl<'a> AStar<'a> {
@@ -63,7 +64,7 @@ impl<'a> AStar<'a> {
         space.insert(initial, u32::MAX, u32::MAX);
         open.known.push(Known { path_cost: 0, estimate: 0, evaluated: false });
         open.push(0);
-        Self { space, costs, heuristic, open, lower_bound: 0 }
+        Self { space, costs, heuristic, open, lower_bound: 0, scratch: Vec::new() }
     }
 
     /// No plan is cheaper than this.
@@ -120,14 +121,14 @@ impl<'a> AStar<'a> {
         let Self { space, open, .. } = self;
         let task = space.task;
         let Known { path_cost, estimate, .. } = open.known[number as usize];
-        let mut after = Vec::new();
+        let after = &mut self.scratch;
         space.phase.expanded += 1;
         for &action in applicable {
             space.phase.generated += 1;
-            task.apply(&task.operators[action as usize], state, &mut after);
+            task.apply(&task.operators[action as usize], state, after);
             let cost = self.costs[action as usize];
             let path_cost = path_cost.saturating_add(cost);
-            let (next, new) = space.insert(&after, number, action);
+            let (next, new) = space.insert(after, number, action);
             if new {
                 let estimate = estimate.saturating_sub(cost);
                 open.known.push(Known { path_cost, estimate, evaluated: false });
