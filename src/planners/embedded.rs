@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
-use crate::planning::{Answer, Budget, Outcome, PlanRequest, Task, plan};
+use crate::planning::{Answer, Budget, Outcome, PlanRequest, Rung, Task, plan};
 
 #[derive(Debug)]
 struct Embedded {
@@ -12,9 +12,12 @@ struct Embedded {
 
 pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError> {
     settings.no_options()?;
+    let config = settings.config;
+    let improves = config.rungs.contains(&Rung::Improve);
     let budget = Budget {
-        optimal_expansions_max: settings.config.optimal_expansions_max,
-        greedy_expansions_max: settings.config.expansions_max,
+        optimal_expansions_max: config.optimal_expansions_max,
+        greedy_expansions_max: config.expansions_max,
+        improve_expansions_max: if improves { config.improve_expansions_max } else { 0 },
         ..Budget::standard()
     };
     Ok(Box::new(Embedded { budget }))
@@ -52,7 +55,7 @@ impl Embedded {
         let lower_bound = first.statistics.lower_bound.max(second.statistics.lower_bound);
         if let Outcome::Solved(plan) = &mut second.outcome {
             plan.lower_bound = lower_bound;
-            plan.proven_optimal |= plan.cost + plan.penalty == lower_bound;
+            plan.proven_optimal |= plan.cost.saturating_add(plan.penalty) == lower_bound;
         }
         second.statistics.lower_bound = lower_bound;
         second.statistics.phases.splice(0..0, first.statistics.phases);

@@ -426,7 +426,7 @@ fn a_plan_that_does_not_work_is_refused_by_its_step() {
     desk.replanner = Replanner::new(Arc::clone(&desk.domain), planner, &config(), Vec::new());
     let verdict = desk.ask(&scene(&[]));
     let PlanVerdict::Unsupported { feature } = verdict else { panic!("{verdict:?}") };
-    assert_eq!(feature, "the plan does not lead to the goal");
+    assert_eq!(feature, "step 3 of the plan, (pick_up a arm), is not possible");
 }
 
 /// A cheapest plan is worth half of the time, any plan the rest of it.
