@@ -43,20 +43,20 @@ fn random_task(derived: bool) -> impl Strategy<Value = (Task, Vec<u64>)> {
     let rule = if derived { condition().prop_map(Some).boxed() } else { Just(None).boxed() };
     let costs = prop::collection::vec(0..4_u64, 6);
     (actions, condition(), rule, costs).prop_map(|(actions, goal, rule, costs)| {
-        let atoms: String = (0..N_ATOMS).map(|atom| format!("(a{atom})")).collect();
-        let mut domain = format!("(define (domain d) (:predicates {atoms} (b))");
-        let mut goal = goal;
-        if let Some(rule) = rule {
-            domain.push_str(&format!("(:derived (b) {rule})"));
-            goal = format!("(and {goal} (b))");
-        }
-        for (idx, (precondition, effects)) in actions.iter().enumerate() {
+        let atoms = (0..N_ATOMS).map(|atom| format!("(a{atom})")).collect::<Vec<_>>().concat();
+        let (goal, rule) = match rule {
+            Some(rule) => (format!("(and {goal} (b))"), format!("(:derived (b) {rule})")),
+            None => (goal, String::new()),
+        };
+        let actions = actions.iter().enumerate().map(|(idx, (precondition, effects))| {
             let effects = effects.concat();
-            domain.push_str(&format!(
+            format!(
                 "(:action x{idx} :parameters () :precondition {precondition} :effect (and {effects}))"
-            ));
-        }
-        domain.push(')');
+            )
+        });
+        let actions = actions.collect::<Vec<_>>().concat();
+        let domain =
+            format!("(define (domain d) (:predicates {atoms} (b)) {rule} {actions})");
         let problem = format!("(define (problem p) (:domain d) (:init) (:goal {goal}))");
         let (domain, problem) = read(&domain, &problem);
         (task_of(&domain, &problem), costs)
@@ -213,7 +213,8 @@ proptest! {
 /// A tower of an odd number of blocks that is to be built anew in another order.
 fn tall_task(n: usize) -> (Task, Vec<u64>, Vec<u64>) {
     let name = |i: usize| format!("b{i}");
-    let blocks: String = (0..n).map(|i| format!("b{i} ")).collect();
+    let blocks: Vec<String> = (0..n).map(name).collect();
+    let blocks = blocks.join(" ");
     let on = |i: usize, j: usize| format!("(on {} {})", name(i), name(j));
     let init: String = (1..n).map(|i| on(i, i - 1)).collect();
     let goal: String = (1..n).map(|i| on(i * 2 % n, (i - 1) * 2 % n)).collect();
