@@ -9,8 +9,8 @@ use groundloop::pddl::{
     parse_goal, parse_plan, parse_problem, parse_rules, print_domain, print_problem,
 };
 use groundloop::planning::{
-    Budget, Coverage, GroundingLimits, MutexGroups, Outcome, PlanRequest, Task, TaskInput,
-    Validation, plan, validate,
+    Budget, Coverage, GroundingLimits, MutexGroups, OptimalHeuristic, Outcome, PlanRequest, Task,
+    TaskInput, Validation, plan, validate,
 };
 use groundloop::scene::Facts;
 
@@ -65,28 +65,43 @@ fn grounding() -> GroundingLimits {
 /// Every plan that is found is valid, and no search contradicts another.
 fn solve(domain: &Domain, problem: &Problem) {
     let request = PlanRequest::new(problem);
-    let outcome = |optimal: u64, greedy: u64| {
+    let outcome = |optimal_heuristic, optimal: u64, greedy: u64| {
         let budget = Budget {
             optimal_expansions_max: optimal,
+            optimal_heuristic,
             greedy_expansions_max: greedy,
+            improve_expansions_max: greedy,
             grounding: grounding(),
             ..Budget::standard()
         };
         plan(domain, &request, &budget).outcome
     };
-    let [cheapest, any] = [outcome(EXPANSIONS_MAX, 0), outcome(0, EXPANSIONS_MAX)];
-    for outcome in [&cheapest, &any] {
-        if let Outcome::Solved(plan) = outcome {
-            let checked = validate(domain, &request, &plan.steps);
-            assert!(matches!(checked, Validation::Valid { .. }), "{checked:?} {plan}");
+    let optimal = [
+        OptimalHeuristic::Auto,
+        OptimalHeuristic::Blind,
+        OptimalHeuristic::Max,
+        OptimalHeuristic::LmCut,
+        OptimalHeuristic::Patterns,
+    ];
+    let any = outcome(OptimalHeuristic::Blind, 0, EXPANSIONS_MAX);
+    let cheapest = optimal.map(|heuristic| outcome(heuristic, EXPANSIONS_MAX, 0));
+    let mut cost = None;
+    for outcome in cheapest.iter().chain([&any]) {
+        let Outcome::Solved(plan) = outcome else { continue };
+        let checked = validate(domain, &request, &plan.steps);
+        assert!(matches!(checked, Validation::Valid { .. }), "{checked:?} {plan}");
+        assert!(plan.lower_bound <= plan.cost);
+        if plan.proven_optimal {
+            assert_eq!(*cost.get_or_insert(plan.cost), plan.cost, "{plan}");
         }
     }
-    match (&cheapest, &any) {
-        (Outcome::Solved(cheapest), Outcome::Solved(any)) => assert!(cheapest.cost <= any.cost),
-        (Outcome::Solved(_), Outcome::Unsolvable { .. })
-        | (Outcome::Unsolvable { .. }, Outcome::Solved(_)) => panic!("{cheapest:?} {any:?}"),
-        _ => {}
+    if let (Outcome::Solved(any), Some(cost)) = (&any, cost) {
+        assert!(cost <= any.cost && any.lower_bound <= cost);
     }
+    let is_solved = |outcome: &Outcome| matches!(outcome, Outcome::Solved(_));
+    let has_none = |outcome: &Outcome| matches!(outcome, Outcome::Unsolvable { .. });
+    let all = || cheapest.iter().chain([&any]);
+    assert!(!(all().any(is_solved) && all().any(has_none)), "{cheapest:?} {any:?}");
     let input = TaskInput {
         domain,
         objects: request.objects,
