@@ -84,6 +84,9 @@ impl View {
 pub struct Feeder<'a> {
     feed: Feed,
     world: World<'a>,
+    /// Where walks to random states begin: in a world where not all can be undone, one long walk
+    /// would end where no plan leads out.
+    initial: Facts,
     walk_steps: u32,
     dice: ChaCha8Rng,
     /// Whether the next view is a disturbed one.
@@ -100,8 +103,9 @@ impl<'a> Feeder<'a> {
     ) -> Self {
         let mut dice = ChaCha8Rng::seed_from_u64(seed);
         let mut world = World::new(domain, problem);
+        let initial = world.facts.clone();
         world.wander(walk_steps, &mut dice);
-        Self { feed, world, walk_steps, dice, disturb: false }
+        Self { feed, world, initial, walk_steps, dice, disturb: false }
     }
 
     /// What the world looks like now.
@@ -119,7 +123,7 @@ impl<'a> Feeder<'a> {
                 View { counts: true, ..self.now() }
             }
             Feed::Random => {
-                self.world.wander(self.walk_steps, &mut self.dice);
+                self.start_again();
                 View { counts: true, ..self.now() }
             }
             Feed::Deviation if self.disturb => {
@@ -147,8 +151,14 @@ impl<'a> Feeder<'a> {
     /// Follows the plan; at its end the world is set to another state.
     fn follow(&mut self, next: Option<&Step>) {
         if !next.is_some_and(|step| self.world.take(step)) {
-            self.world.wander(self.walk_steps, &mut self.dice);
+            self.start_again();
         }
+    }
+
+    /// Goes to a random state.
+    fn start_again(&mut self) {
+        self.world.facts.clone_from(&self.initial);
+        self.world.wander(self.walk_steps, &mut self.dice);
     }
 
     fn without_one(&mut self) -> View {
