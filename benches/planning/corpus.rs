@@ -74,13 +74,9 @@ pub(super) fn measure(optimal: bool) {
 
 fn fast_downward(optimal: bool) -> Option<FastDownward> {
     let python = env::var("GROUNDLOOP_FAST_DOWNWARD").ok()?;
-    let text = format!(
-        "name = 'fast-downward'\nreuse = 'valid'\nrungs = ['search']\nexpansions_max = 1\n\
-         optimal_expansions_max = 1\nimprove_expansions_max = 1\ndeadline_ms = 1\n\
-         failure_penalty = 1\n[table]\nstates_max = 1\nbytes_max = 1\nadopt_after_cycles = 1\n\
-         [options]\npython = '{python}'\noptimal = {optimal}\ntimeout_s = 60\n"
-    );
-    let config: PlannerConfig = toml::from_str(&text).unwrap();
+    let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
+    let options = format!("python = '{python}'\noptimal = {optimal}\ntimeout_s = 60\n");
+    config.options = Some(options.parse().unwrap());
     let settings = PlannerSettings { config: &config, file: "environment", folder: Path::new("") };
     Some(FastDownward::new(&settings).unwrap_or_else(|e| panic!("{e}")))
 }

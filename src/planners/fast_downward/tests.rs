@@ -28,8 +28,8 @@ impl Bench {
     fn new() -> Self {
         let domain = parse_domain(&SourceText::new("domain", DOMAIN)).unwrap().value;
         let problem = parse_problem(&SourceText::new("problem", PROBLEM), &domain).unwrap().value;
-        let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        Self { _alone, folder: tempfile::tempdir().unwrap(), domain, problem }
+        let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        Self { _alone: alone, folder: tempfile::tempdir().unwrap(), domain, problem }
     }
 
     /// A driver with this body; `$2` is the plan file.

@@ -191,7 +191,7 @@ fn groups(task: &Task, known_right: &[BTreeSet<Atom>]) -> MutexGroups {
         return MutexGroups::default();
     }
     let groups = MutexGroups::synthesise(task);
-    known_right.iter().fold(groups, |groups, facts| groups.hold_in(facts))
+    known_right.iter().fold(groups, MutexGroups::hold_in)
 }
 
 fn masks(atoms: &[u32]) -> Vec<(u32, u64)> {
