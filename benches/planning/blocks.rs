@@ -119,7 +119,7 @@ fn towers(n: usize, random: &mut ChaCha8Rng) -> Vec<Vec<usize>> {
     let mut towers: Vec<Vec<usize>> = Vec::new();
     for block in order {
         match towers.last_mut() {
-            Some(tower) if random.next_u32() % 3 != 0 => tower.push(block),
+            Some(tower) if !random.next_u32().is_multiple_of(3) => tower.push(block),
             _ => towers.push(vec![block]),
         }
     }

@@ -58,16 +58,13 @@ fn row(name: &str, domain: &SourceText, problems: &[SourceText]) {
 /// A tower of ten disks on one peg, wanted on another, in the words of the data set.
 fn ten_disks() -> SourceText {
     let disks: Vec<String> = (0..10).map(|i| format!("d{i}")).collect();
-    let mut init = format!("(clear {})", disks[9]);
+    let mut init = vec![format!("(clear {})", disks[9])];
     for (i, disk) in disks.iter().enumerate() {
-        init += &format!("(on-peg {disk} left)");
-        for smaller in &disks[i + 1..] {
-            init += &format!("(smaller {smaller} {disk})");
-        }
+        init.push(format!("(on-peg {disk} left)"));
+        init.extend(disks[i + 1..].iter().map(|smaller| format!("(smaller {smaller} {disk})")));
     }
-    for pair in disks.windows(2) {
-        init += &format!("(on {} {})", pair[1], pair[0]);
-    }
+    init.extend(disks.windows(2).map(|pair| format!("(on {} {})", pair[1], pair[0])));
+    let init = init.join(" ");
     let disks = disks.join(" ");
     SourceText::new(
         "ten disks",

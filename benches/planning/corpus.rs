@@ -41,15 +41,12 @@ pub(super) fn measure(optimal: bool) {
         });
         let request = PlanRequest::new(&problem);
         let found = cost(&domain, &request, &answer.outcome);
-        let (their_cost, their_ms) = match &fast_downward {
-            Some(planner) => {
-                let theirs = planner.solve(&domain, &request, &|| false);
-                (cost(&domain, &request, &theirs.outcome), theirs.cpu_ns as f64 / 1e6)
-            }
-            None => {
-                let ms = [5, 6].iter().filter_map(|&i| fields[i].parse::<f64>().ok()).sum();
-                (fields[4].parse().ok(), ms)
-            }
+        let (their_cost, their_ms) = if let Some(planner) = &fast_downward {
+            let theirs = planner.solve(&domain, &request, &|| false);
+            (cost(&domain, &request, &theirs.outcome), theirs.cpu_ns as f64 / 1e6)
+        } else {
+            let ms = [5, 6].iter().filter_map(|&i| fields[i].parse::<f64>().ok()).sum();
+            (fields[4].parse().ok(), ms)
         };
         n_solved += usize::from(found.is_some());
         if found.is_some() && their_cost.is_some() {
@@ -73,7 +70,7 @@ pub(super) fn measure(optimal: bool) {
 }
 
 fn fast_downward(optimal: bool) -> Option<FastDownward> {
-    let python = env::var("GROUNDLOOP_FAST_DOWNWARD").ok()?;
+    let python = env::var_os("GROUNDLOOP_FAST_DOWNWARD")?.into_string().ok()?;
     let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
     let options = format!("python = '{python}'\noptimal = {optimal}\ntimeout_s = 60\n");
     config.options = Some(options.parse().unwrap());

@@ -6,6 +6,7 @@
 //! same in the same run.
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step must fail the benchmark")]
+#![expect(clippy::print_stdout, reason = "tables are what it is for")]
 
 mod blocks;
 mod cold;

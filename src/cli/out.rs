@@ -4,6 +4,9 @@ use std::io::{self, IsTerminal as _, Write as _};
 
 use serde::Serialize;
 use tracing::level_filters::LevelFilter;
+use tracing_subscriber::Layer as _;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt as _;
 
 use super::Failure;
 
@@ -40,12 +43,15 @@ pub(super) fn is_terminal() -> bool {
 /// Starts the log on standard error.
 pub(super) fn start_log(level: &str) {
     let level: LevelFilter = level.parse().unwrap_or(LevelFilter::WARN);
-    let subscriber = tracing_subscriber::fmt()
-        .with_max_level(level)
+    // The bus tells at length of messages that were on their way when a process ended. Lost messages
+    // that matter are noticed and told by their readers.
+    let of_bus = if level >= LevelFilter::DEBUG { level } else { level.min(LevelFilter::ERROR) };
+    let filter = Targets::new().with_default(level).with_target("iceoryx2_bb_loggers", of_bus);
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
-        .without_time()
-        .finish();
+        .without_time();
+    let subscriber = tracing_subscriber::registry().with(lines.with_filter(filter));
     if tracing::subscriber::set_global_default(subscriber).is_err() {
         tracing::debug!("a log was started before");
     }

@@ -21,7 +21,7 @@ struct Known {
 }
 
 /// An open state: (path cost + estimate, estimate, order of discovery, state, path cost).
-type Entry = Reverse<(u64, u64, Reverse<u64>, u32, u64)>;
+type Entry = Reverse<(u64, u64, u64, u32, u64)>;
 
 #[derive(Default)]
 struct Open {
@@ -35,12 +35,13 @@ impl Open {
         self.n_pushed += 1;
         let Known { path_cost, estimate, .. } = self.known[number as usize];
         let total = path_cost.saturating_add(estimate);
-        self.queue.push(Reverse((total, estimate, Reverse(self.n_pushed), number, path_cost)));
+        self.queue.push(Reverse((total, estimate, self.n_pushed, number, path_cost)));
     }
 }
 
 /// A search from a state for a cheapest plan that can be stopped and resumed. Ties go to the smaller
-/// estimate, then to the state found last.
+/// estimate, then to the state found first: of equally cheap plans, the one with the actions that the
+/// domain declares first.
 pub(in crate::planning) struct AStar<'a> {
     space: Space<'a>,
     costs: &'a [u64],
