@@ -1,6 +1,8 @@
 //! The front end and the planner with texts of all kinds: what the fuzz target checks, on its seeds
 //! and on texts made from them.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test file")]
+
 use std::fs;
 use std::path::Path;
 

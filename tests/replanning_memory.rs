@@ -1,7 +1,5 @@
 //! What a replanning episode takes of the heap, by an allocator that counts.
 
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
-
 mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};

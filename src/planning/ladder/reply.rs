@@ -47,7 +47,7 @@ pub struct Reply {
 pub enum Climbed {
     /// An answer.
     Reply(Reply),
-    /// No rung knows: a search has to tell. [`Ladder::take`] hears what it says.
+    /// No rung knows: a search has to tell. [`take`](super::Ladder::take) hears what it says.
     Search,
 }
 
