@@ -1,9 +1,7 @@
 //! The project's own planner, in process.
 
-use std::collections::BTreeMap;
-
 use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
-use crate::planning::{Answer, Budget, Outcome, PlanRequest, Rung, Task, plan};
+use crate::planning::{Answer, Budget, Outcome, Rung, Task, plan};
 
 #[derive(Debug)]
 struct Embedded {
@@ -28,15 +26,7 @@ impl Planner for Embedded {
         if let Some(grounded) = query.grounded {
             return self.solve(grounded.task, query);
         }
-        let request = PlanRequest {
-            objects: query.objects,
-            init: query.init,
-            goal: query.goal,
-            costs: &BTreeMap::new(),
-            minimise_cost: false,
-            penalties: query.penalties,
-        };
-        plan(query.domain, &request, &self.budget)
+        plan(query.domain, &query.request(), &self.budget)
     }
 }
 

@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use crate::config::PlannerConfig;
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
-use crate::planning::{Answer, Task};
+use crate::planning::{Answer, PlanRequest, Task};
 
 pub use background::TableBuilder;
 pub use fast_downward::{BackendAnswer, FastDownward};
@@ -41,6 +41,23 @@ pub struct PlanQuery<'a> {
     pub hurry: &'a dyn Fn() -> bool,
     /// Asked now and then by planners that take long: `true` means that nobody waits any more.
     pub interrupt: &'a dyn Fn() -> bool,
+}
+
+/// No action has a cost of its own: plans are as cheap as they are short.
+static NO_COSTS: BTreeMap<Atom, f64> = BTreeMap::new();
+
+impl<'a> PlanQuery<'a> {
+    /// The question as a planning problem.
+    pub fn request(&self) -> PlanRequest<'a> {
+        PlanRequest {
+            objects: self.objects,
+            init: self.init,
+            goal: self.goal,
+            costs: &NO_COSTS,
+            minimise_cost: false,
+            penalties: self.penalties,
+        }
+    }
 }
 
 /// A ground task with a packed state of it.

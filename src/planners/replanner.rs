@@ -9,8 +9,8 @@ use crate::config::PlannerConfig;
 use crate::messages::{GoalMessage, PlanVerdict, Scene};
 use crate::pddl::{Domain, Name, Step, Typed};
 use crate::planning::{
-    Answer, Climbed, GroundingLimits, Ladder, LadderEnd, LadderSettings, Outcome, Reply, Rest,
-    Rung, TableEnd, TableJob, TableLimits,
+    Answer, Climbed, GroundingLimits, Ladder, LadderEnd, LadderSettings, Outcome, Reply, Rung,
+    TableEnd, TableJob, TableLimits,
 };
 use crate::scene::Facts;
 
@@ -35,8 +35,6 @@ pub struct Replanner {
     ladder: Option<Ladder>,
     /// Objects that the goal names and nobody has seen.
     missing: Vec<Name>,
-    /// The last plan by names.
-    named: Option<Named>,
     /// The last question that could not be packed, with its answer.
     loose: Option<(Loose, Reply)>,
     requests: u64,
@@ -57,9 +55,6 @@ impl Loose {
         Self { objects, facts, failures: failures.clone() }
     }
 }
-
-/// A plan by names, with the operators that it was made from.
-type Named = (Arc<[u32]>, Arc<[Step]>);
 
 /// A table that was asked for and has not been taken over yet.
 #[derive(Debug, Clone)]
@@ -143,7 +138,6 @@ impl Replanner {
             adoption: Adoption::AfterCycles(config.table.adopt_after_cycles),
             ladder: None,
             missing: Vec::new(),
-            named: None,
             loose: None,
             requests: 0,
             pending: None,
@@ -184,7 +178,7 @@ impl Replanner {
             self.missing = unseen.map(|named| named.name.clone()).collect();
         }
         if known.is_none() {
-            (self.pending, self.named, self.loose) = (None, None, None);
+            (self.pending, self.loose) = (None, None);
         }
         let ladder = self.ladder.insert(known.unwrap_or_else(|| {
             let (domain, settings) = (Arc::clone(&self.domain), Arc::clone(&self.settings));
@@ -236,13 +230,14 @@ impl Replanner {
     }
 
     /// A decision by names.
-    pub fn verdict(&mut self, end: Option<LadderEnd>) -> PlanVerdict {
+    pub fn verdict(&self, end: Option<LadderEnd>) -> PlanVerdict {
         let Some(end) = end else {
             return PlanVerdict::Missing { objects: self.missing.clone() };
         };
         match end {
             LadderEnd::Plan(rest) => {
-                PlanVerdict::Plan { cost: rest.cost, steps: self.steps(&rest).to_vec() }
+                let steps = self.ladder.as_ref().map(|ladder| ladder.steps(&rest));
+                PlanVerdict::Plan { cost: rest.cost, steps: steps.unwrap_or_default() }
             }
             LadderEnd::Inconsistent(atoms) => PlanVerdict::Inconsistent { atoms },
             LadderEnd::NoPlan(outcome) => match outcome {
@@ -258,18 +253,6 @@ impl Replanner {
                 Outcome::BadInput { reason } => PlanVerdict::Unsupported { feature: reason },
             },
         }
-    }
-
-    /// The steps of a rest; a plan is put into names once.
-    fn steps(&mut self, rest: &Rest) -> &[Step] {
-        let known = self.named.as_ref().is_some_and(|(of, _)| Arc::ptr_eq(of, &rest.operators));
-        if !known {
-            let whole = Rest { at: 0, ..rest.clone() };
-            let steps = self.ladder.as_ref().map(|ladder| ladder.steps(&whole));
-            self.named = Some((Arc::clone(&rest.operators), steps.unwrap_or_default().into()));
-        }
-        let steps = self.named.as_ref().map(|(_, steps)| &steps[rest.at..]);
-        steps.unwrap_or_default()
     }
 
     /// Does what can be done before the next scene comes: makes the next climb fast, and asks for

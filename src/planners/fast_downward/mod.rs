@@ -10,7 +10,6 @@ mod process;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -185,15 +184,7 @@ impl FastDownward {
 
 impl Planner for FastDownward {
     fn plan(&self, query: &PlanQuery<'_>) -> Answer {
-        let request = PlanRequest {
-            objects: query.objects,
-            init: query.init,
-            goal: query.goal,
-            costs: &BTreeMap::new(),
-            minimise_cost: false,
-            penalties: query.penalties,
-        };
-        let answer = self.solve(query.domain, &request, query.interrupt);
+        let answer = self.solve(query.domain, &query.request(), query.interrupt);
         Answer { outcome: answer.outcome, statistics: Statistics::default() }
     }
 }
