@@ -30,7 +30,9 @@ impl Ferro {
             for param in &predicate.params {
                 let extend = |tuple: &Vec<_>| {
                     let tuple = tuple.clone();
-                    universe.of(&param.types).map(move |o| [tuple.clone(), vec![o.clone()]].concat())
+                    universe
+                        .of(&param.types)
+                        .map(move |o| [tuple.clone(), vec![o.clone()]].concat())
                 };
                 tuples = tuples.iter().flat_map(extend).collect();
             }

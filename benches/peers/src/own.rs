@@ -7,7 +7,7 @@ use std::sync::Arc;
 use groundloop::config::PlannerConfig;
 use groundloop::messages::{GoalMessage, PlanVerdict};
 use groundloop::pddl::Step;
-use groundloop::planners::{Adoption, PLANNERS, PlannerSettings, Replanner};
+use groundloop::planners::{Adoption, PLANNERS, Patience, PlannerSettings, Replanner};
 use groundloop::scene::Facts;
 use groundloop::stress::{Instance, View};
 
@@ -52,7 +52,7 @@ impl Own {
         let scene = view.scene(self.cycle);
         let started_ns = cpu_ns();
         self.replanner.observe(&scene, &self.goal);
-        let decided = self.replanner.decide(&scene, &self.goal, &self.failures, &|| false);
+        let decided = self.replanner.decide(&scene, &self.goal, &self.failures, Patience::ENDLESS);
         let verdict = self.replanner.verdict(decided.end);
         let spent_ns = cpu_ns() - started_ns;
         // Done between two scenes, as the actor does.
