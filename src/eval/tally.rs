@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use sha2::{Digest as _, Sha256};
-
+use super::DecisionHash;
 use crate::executive::{AnswerKind, Counts, Decision, Verdict};
-use crate::messages::{CommandKind, PlanMessage, PlanVerdict, Scene};
+use crate::messages::{PlanMessage, Scene};
 use crate::pddl::Step;
 use crate::telemetry::Latency;
 
@@ -36,7 +35,7 @@ pub struct Tally {
     pub plan: Latency,
     /// How often each rung of the replanning ladder has answered.
     pub rungs: BTreeMap<&'static str, u64>,
-    hash: Sha256,
+    decisions: DecisionHash,
     first_ns: Option<u64>,
     last_ns: u64,
 }
@@ -59,7 +58,7 @@ impl Tally {
         }
         self.first_ns.get_or_insert(scene.cause.capture_ns);
         self.last_ns = scene.cause.capture_ns;
-        self.digest(scene, plan, decision);
+        self.decisions.add(scene, plan, decision);
     }
 
     /// Frame → command latencies of one kind of answer.
@@ -67,51 +66,8 @@ impl Tally {
         self.frame_to_command.get(&kind).cloned().unwrap_or_default()
     }
 
-    /// SHA-256 over what was believed, planned and commanded in every cycle, in hexadecimal.
+    /// The [`DecisionHash`] of the cycles so far, in hexadecimal.
     pub fn decision_hash(&self) -> String {
-        let digest = self.hash.clone().finalize();
-        digest.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
-    }
-
-    /// No wall-clock value enters: the same decisions give the same hash on any machine.
-    fn digest(&mut self, scene: &Scene, plan: &PlanMessage, decision: &Decision) {
-        let mut word = |text: &str| {
-            self.hash.update(text.as_bytes());
-            self.hash.update([0]);
-        };
-        let cause = &scene.cause;
-        word(&format!("{} {} {}", cause.cycle, cause.frame_sequence, cause.capture_ns));
-        for fact in &scene.facts {
-            word(&format!("{} {:?} {:?}", fact.atom, fact.raw, fact.confirmed));
-        }
-        match &plan.verdict {
-            PlanVerdict::Plan { steps, cost } => {
-                word(&format!("plan {cost}"));
-                for step in steps {
-                    word(&step.to_string());
-                }
-            }
-            PlanVerdict::Unsolvable { .. }
-            | PlanVerdict::OutOfBudget { .. }
-            | PlanVerdict::Unsupported { .. }
-            | PlanVerdict::Missing { .. }
-            | PlanVerdict::Inconsistent { .. } => word(&format!("{:?}", plan.verdict)),
-        }
-        let command = &decision.command;
-        word(&format!("{} {}", command.id, command.label));
-        match &command.kind {
-            CommandKind::Start(motion) => {
-                for waypoint in &motion.waypoints {
-                    let p = waypoint.position;
-                    word(&format!("{:x} {:x} {:x}", p.x.to_bits(), p.y.to_bits(), p.z.to_bits()));
-                }
-            }
-            CommandKind::Continue | CommandKind::BreakOff | CommandKind::Hold => {
-                word(&format!("{:?}", command.kind));
-            }
-        }
-        if let Some(verdict) = &decision.verdict {
-            word(&verdict.to_string());
-        }
+        self.decisions.hex()
     }
 }
