@@ -13,11 +13,10 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::Criterion;
+use groundloop::logic::{Demand, Extension, Facts, Universe, bind, evaluate};
 use groundloop::pddl::{
-    Atom, Condition, Demand, Extension, Literal, Name, SourceText, Term, Typed, Universe, bind,
-    evaluate, parse_domain, parse_problem,
+    Atom, Condition, Literal, Name, SourceText, Term, Typed, parse_domain, parse_problem,
 };
-use groundloop::scene::Facts;
 
 fn read(folder: &Path, file: &str) -> Result<SourceText, String> {
     let text = std::fs::read_to_string(folder.join(file)).map_err(|e| e.to_string())?;

@@ -6,9 +6,9 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::Criterion;
-use groundloop::cameras::sim_labels::Labeller;
-use groundloop::config::{DomainFolder, load_run};
-use groundloop::detectors::ImageView;
+use groundloop::hardware::sim::Labeller;
+use groundloop::perception::ImageView;
+use groundloop::run::{DomainFolder, load_run};
 
 /// Run file and scene of each frame.
 const FRAMES: [(&str, &str); 2] = [

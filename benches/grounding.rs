@@ -9,10 +9,12 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{BenchmarkId, Criterion};
-use groundloop::config::{DomainFolder, ExemplarConfig};
 use groundloop::geometry::RowRun;
-use groundloop::grounding::{Exemplar, Exemplars, GROUNDERS, Grounder, ObjectBox, facts_of};
 use groundloop::pddl::Name;
+use groundloop::perception::facts_of;
+use groundloop::perception::grounders::{GROUNDERS, Grounder};
+use groundloop::perception::model::{Exemplar, Exemplars, ObjectBox};
+use groundloop::run::{DomainFolder, ExemplarConfig};
 use nalgebra::Vector3;
 
 /// Greatest shift of a labelled object, in pixels.

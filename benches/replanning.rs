@@ -12,12 +12,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion};
-use groundloop::config::{DomainFolder, PlannerConfig, load_run};
-use groundloop::messages::{GoalMessage, PlanVerdict, Scene};
-use groundloop::planners::{PLANNERS, Patience, PlannerSettings, Replanner};
-use groundloop::planning::{Rung, Table};
+use groundloop::clock::monotonic_ns;
+use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
+use groundloop::planners::PlannerConfig;
+use groundloop::planners::{PLANNERS, PlannerSettings};
+use groundloop::replanning::{Patience, Replanner, Table};
+use groundloop::run::{DomainFolder, load_run};
+use groundloop::scene::Scene;
 use groundloop::stress::{Feed, Feeder, Template};
-use groundloop::telemetry::monotonic_ns;
 
 const SIZES: &[(&str, &[u32])] =
     &[("blocksworld", &[4, 5, 6, 7, 8]), ("hanoi", &[3, 4, 5, 6, 7, 8, 9, 10])];

@@ -26,7 +26,7 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
         let header = FrameHeader {
             schema: SCHEMA,
             sequence,
-            capture_ns: groundloop::telemetry::monotonic_ns(),
+            capture_ns: groundloop::clock::monotonic_ns(),
             width: WIDTH,
             height: HEIGHT,
             stride: WIDTH * 3,

@@ -4,15 +4,16 @@
 
 use std::collections::BTreeMap;
 
+use groundloop::logic::Facts;
+use groundloop::logic::{Universe, derive};
 use groundloop::pddl::{
-    Domain, PddlError, Problem, SourceText, Typed, Universe, derive, parse_domain, parse_facts,
-    parse_goal, parse_plan, parse_problem, parse_rules, print_domain, print_problem,
+    Domain, PddlError, Problem, SourceText, Typed, parse_domain, parse_facts, parse_goal,
+    parse_plan, parse_problem, parse_rules, print_domain, print_problem,
 };
 use groundloop::planning::{
     Budget, Coverage, GroundingLimits, MutexGroups, OptimalHeuristic, Outcome, PlanRequest, Task,
     TaskInput, Validation, plan, validate,
 };
-use groundloop::scene::Facts;
 
 /// What stands between a domain and its problem.
 pub(crate) const SEPARATOR: &str = ";; problem";

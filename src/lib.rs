@@ -16,33 +16,33 @@
 //! messages. See `ARCHITECTURE.md`.
 
 // Core: values in, values out; no clock, no I/O.
+pub mod mismatch;
 pub mod geometry;
 pub mod pddl;
+pub mod logic;
 pub mod scene;
-pub mod planning;
-pub mod grounding;
 pub mod messages;
+pub mod planning;
 pub mod picture;
 
-// The one way to services on the network.
-pub mod web;
+// The one clock, and the one way to services on the network.
+pub mod clock;
+pub mod http;
 
-// Parts: a trait, a table, one file per choice.
-pub mod detectors;
-pub mod goals;
-pub mod skills;
-pub mod scene_parser;
-pub mod executive;
+// Parts: a trait, a table, one file per choice; and the core that uses them.
 pub mod planners;
-pub mod robots;
-pub mod cameras;
+pub mod replanning;
+pub mod skills;
+pub mod perception;
+pub mod goals;
+pub mod executive;
+pub mod metrics;
 
-// Shell: files, topics, actors.
-pub mod telemetry;
-pub mod config;
+// Shell: topics, hardware, actors, files.
 pub mod transport;
-pub mod eval;
+pub mod hardware;
 pub mod actors;
-pub mod app;
+pub mod run;
+pub mod eval;
 pub mod stress;
 pub mod cli;

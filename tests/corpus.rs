@@ -10,14 +10,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use common::data;
+use groundloop::logic::{Extension, Facts, Universe};
 use groundloop::pddl::{
-    Domain, ErrorKind, Extension, Problem, SourceText, Typed, Universe, parse_domain,
-    parse_problem, parse_rules, print_domain, print_problem,
+    Domain, ErrorKind, Problem, SourceText, Typed, parse_domain, parse_problem, parse_rules,
+    print_domain, print_problem,
 };
 use groundloop::planning::{
     Answer, Budget, Outcome, Plan, PlanRequest, Validation, plan, validate,
 };
-use groundloop::scene::Facts;
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{episode, project};
-use groundloop::config::load_run;
+use groundloop::run::load_run;
 
 /// Seeds of each run file that are checked here; the list has twenty.
 const SEEDS: [u64; 2] = [1, 2];

@@ -10,8 +10,8 @@ use std::path::Path;
 
 use common::{data, files_below, folders_in, project};
 use differential_tasks::{Brute, SmallTask, Tasks};
-use groundloop::config::PlannerConfig;
 use groundloop::pddl::{Domain, Problem, SourceText, parse_domain, parse_problem};
+use groundloop::planners::PlannerConfig;
 use groundloop::planners::{FastDownward, PlannerSettings};
 use groundloop::planning::{
     Budget, Coverage, NO_PENALTIES, Outcome, PlanRequest, Task, TaskInput, plan, validate,

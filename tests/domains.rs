@@ -9,14 +9,14 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use common::{files_below, folders_in, in_project, project};
-use groundloop::config::{DomainFolder, ExemplarConfig};
-use groundloop::detectors::{GroundedImage, ImageView, Pipeline, ground_image};
 use groundloop::geometry::PixelBox;
 use groundloop::goals::{GoalObject, GoalSettings};
-use groundloop::grounding::{Exemplar, Grip};
+use groundloop::logic::Truth;
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
+use groundloop::perception::model::Exemplar;
+use groundloop::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
-use groundloop::scene::Truth;
+use groundloop::run::{DomainFolder, ExemplarConfig};
 use image::RgbImage;
 
 /// Objects that others hide so far that the detector cannot tell them: example, object.

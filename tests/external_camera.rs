@@ -9,9 +9,9 @@ use std::fs;
 use std::path::Path;
 
 use common::{Ended, Process, data, one_object, project, unique_run};
-use groundloop::config::DomainFolder;
 use groundloop::pddl::{Condition, Problem, SourceText, parse_plan, parse_problem, print_problem};
 use groundloop::planning::{PlanRequest, Validation, validate};
+use groundloop::run::DomainFolder;
 use groundloop::transport::topics::{CAMERA_RGB, GOAL, SCENE};
 use groundloop::transport::wire::{FrameHeader, SCHEMA, SceneRecord, TaskHeader};
 use groundloop::transport::{Bus, BusConfig, Outbox};

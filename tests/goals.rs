@@ -11,12 +11,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use common::{Process, data, files_below, project};
-use groundloop::config::{DomainFolder, exemplar_from_files};
-use groundloop::detectors::label_of;
 use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
 use groundloop::pddl::{
     Condition, Domain, Literal, Name, Problem, SourceText, Term, Typed, parse_problem,
 };
+use groundloop::perception::label_of;
+use groundloop::run::{DomainFolder, exemplar_from_files};
 
 /// The ground atoms that a conjunctive goal asks for over these objects.
 fn ground(goal: &Condition, domain: &Domain, objects: &[Typed]) -> BTreeSet<String> {

@@ -9,11 +9,10 @@ use std::net::TcpListener;
 use std::path::Path;
 
 use common::{Process, project, runtime};
-use groundloop::config::DomainFolder;
-use groundloop::detectors::{
-    DETECTORS, Detector, DetectorError, DetectorSettings, ImageView, Sighted, name_detections,
-};
-use groundloop::web::WebError;
+use groundloop::http::WebError;
+use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
+use groundloop::perception::{ImageView, Sighted, name_detections};
+use groundloop::run::DomainFolder;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
 use wiremock::matchers::{body_partial_json, header, method, path};

@@ -9,8 +9,8 @@ use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 
 use common::{Process, project};
-use groundloop::config::DomainFolder;
 use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
+use groundloop::run::DomainFolder;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
 use wiremock::matchers::{header, method, path};

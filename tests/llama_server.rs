@@ -9,8 +9,8 @@
 mod common;
 
 use common::project;
-use groundloop::config::DomainFolder;
 use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
+use groundloop::run::DomainFolder;
 
 #[expect(clippy::disallowed_methods, reason = "the documented variable of an opt-in test")]
 #[expect(clippy::print_stdout, reason = "a skipped test says so")]

@@ -8,8 +8,8 @@ mod common;
 use std::path::Path;
 
 use common::project;
-use groundloop::config::DomainFolder;
-use groundloop::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
+use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
+use groundloop::run::DomainFolder;
 
 fn build(folder: &Path) -> Result<Box<dyn Detector>, DetectorError> {
     let domain = DomainFolder::read(&project("domains/blocksworld")).unwrap();
@@ -46,8 +46,8 @@ fn what_is_missing_is_told() {
 mod with_runtime {
     use std::fs;
 
-    use groundloop::detectors::{ImageView, name_detections};
     use groundloop::geometry::PixelBox;
+    use groundloop::perception::{ImageView, name_detections};
 
     use super::*;
 

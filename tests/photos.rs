@@ -11,17 +11,15 @@ use std::fs;
 use std::path::Path;
 
 use common::data;
-use groundloop::detectors::{
-    ColourDetector, Detector as _, GroundedImage, ImageView, Pipeline, ground_image,
-};
 use groundloop::geometry::PixelBox;
-use groundloop::grounding::{
-    Exemplar, ExemplarText, Exemplars, Grip, Grounder as _, Judged, ObjectBox, Perception, S2s,
-};
+use groundloop::logic::Truth;
 use groundloop::pddl::{
     Atom, Domain, Name, Problem, SourceText, Typed, parse_domain, parse_problem, parse_rules,
 };
-use groundloop::scene::Truth;
+use groundloop::perception::detectors::{ColourDetector, Detector as _};
+use groundloop::perception::grounders::{Grounder as _, Judged, S2s};
+use groundloop::perception::model::{Exemplar, ExemplarText, Exemplars, ObjectBox, Perception};
+use groundloop::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image};
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())

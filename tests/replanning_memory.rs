@@ -9,11 +9,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::project;
-use groundloop::config::{DomainFolder, load_run};
-use groundloop::messages::{GoalMessage, PlanVerdict};
+use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
 use groundloop::pddl::Step;
-use groundloop::planners::{PLANNERS, PlannerSettings, Replanner};
-use groundloop::planning::Rung;
+use groundloop::planners::{PLANNERS, PlannerSettings};
+use groundloop::replanning::Replanner;
+use groundloop::run::{DomainFolder, load_run};
 use groundloop::stress::{Feed, Feeder, Template};
 
 /// Most that an episode with 10 disks may take at any time.

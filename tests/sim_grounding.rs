@@ -5,8 +5,8 @@
 mod common;
 
 use common::{Process, project};
-use groundloop::config::{DomainFolder, load_run};
 use groundloop::eval::sim_grounding::{Row, Source, Used, measure};
+use groundloop::run::{DomainFolder, load_run};
 
 fn rows(config: &str, seeds: u64) -> Vec<Row> {
     let sets = ["sim.camera.width=320", "sim.camera.height=240"].map(str::to_owned);

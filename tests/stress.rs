@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use common::{folders_in, one_object, project};
-use groundloop::config::DomainFolder;
 use groundloop::pddl::{Problem, Step};
 use groundloop::planning::{Budget, Outcome, PlanRequest, plan};
+use groundloop::run::DomainFolder;
 use groundloop::stress::{Feed, Feeder, Template};
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::Deserializer;

@@ -8,11 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use common::{files_below, folders_in, in_project, project};
-use groundloop::config::{DomainFolder, load_run};
-use groundloop::detectors::DETECTORS;
 use groundloop::goals::GOALS;
-use groundloop::grounding::{FEATURES, GROUNDERS};
+use groundloop::perception::detectors::DETECTORS;
+use groundloop::perception::grounders::GROUNDERS;
+use groundloop::perception::model::FEATURES;
 use groundloop::planners::PLANNERS;
+use groundloop::run::{DomainFolder, load_run};
 use groundloop::skills::SKILLS;
 use groundloop::stress::load_stress;
 

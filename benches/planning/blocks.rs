@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use groundloop::clock::thread_cpu_ns;
 use groundloop::pddl::{Atom, Condition, Domain, SourceText, Typed, parse_domain, parse_goal};
 use groundloop::planning::{
     Budget, Coverage, GroundingLimits, NO_PENALTIES, PlanRequest, Task, TaskInput,
 };
-use groundloop::telemetry::thread_cpu_ns;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 

@@ -1,10 +1,9 @@
 //! The competition corpus, beside Fast Downward.
 
-use std::env;
-use std::fs;
 use std::path::Path;
+use std::{env, fs};
 
-use groundloop::config::PlannerConfig;
+use groundloop::planners::PlannerConfig;
 use groundloop::planners::{FastDownward, PlannerSettings};
 use groundloop::planning::{Budget, PlanRequest, plan};
 

@@ -12,13 +12,12 @@ mod blocks;
 mod cold;
 mod corpus;
 
-use std::env;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{env, fs};
 
+use groundloop::clock::thread_cpu_ns;
 use groundloop::pddl::{Domain, Problem, SourceText, parse_domain, parse_problem};
 use groundloop::planning::{Outcome, PlanRequest, Validation, validate};
-use groundloop::telemetry::thread_cpu_ns;
 
 /// Milliseconds of this thread's processor time.
 fn cpu_ms<T>(work: impl FnOnce() -> T) -> (T, f64) {

@@ -1,7 +1,7 @@
 //! Camera actor: capture, publish.
 
 use super::{ActorError, Chaos};
-use crate::cameras::Camera;
+use crate::hardware::Camera;
 use crate::transport::convert::{depth_to_bytes, frame_header};
 use crate::transport::topics::{CAMERA_DEPTH, CAMERA_RGB};
 use crate::transport::wire::FrameHeader;

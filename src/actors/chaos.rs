@@ -3,7 +3,17 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::config::PanicConfig;
+use serde::Deserialize;
+
+/// `[[panic]]`: an actor that fails on purpose, once.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PanicConfig {
+    /// Its name: `camera`, `scene_parser`, `goal_parser`, `planner`, `skill_executor`, `robot`.
+    pub actor: String,
+    /// The message at which it panics, counted from 1.
+    pub at_message: u64,
+}
 
 /// Makes actors panic, each entry once per episode. Cheap to clone.
 #[derive(Debug, Clone, Default)]

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::{ActorError, Chaos, Fatal, Keep};
-use crate::detectors::label_of;
 use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
-use crate::grounding::Perception;
-use crate::messages::{GoalMessage, Scene};
+use crate::messages::GoalMessage;
 use crate::pddl::{Condition, Name};
+use crate::perception::label_of;
+use crate::perception::model::Perception;
+use crate::scene::Scene;
 use crate::transport::convert::{Vocabulary, goal_to_wire, scene_from_wire};
 use crate::transport::topics::{GOAL, SCENE};
 use crate::transport::wire::{SceneRecord, TaskHeader};

@@ -18,10 +18,11 @@ use crate::goals::GoalError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
-pub use chaos::Chaos;
+pub use chaos::{Chaos, PanicConfig};
 pub use keep::Keep;
 pub use lifecycle::{DataLoop, Serve};
-pub use supervisor::{ActorSpec, Supervision, supervise};
+pub use snapshot::SnapshotRequest;
+pub use supervisor::{ActorSpec, Supervision, SupervisorConfig, supervise};
 
 /// Why an actor's data loop ended.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Keep};
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene, Spent};
+use crate::clock::{monotonic_ns, thread_cpu_ns};
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Spent};
 use crate::pddl::Step;
-use crate::planners::{Patience, Replanner, TableBuilder};
-use crate::telemetry::{monotonic_ns, thread_cpu_ns};
+use crate::replanning::{Patience, Replanner, TableBuilder};
+use crate::scene::Scene;
 use crate::transport::convert::{
     Vocabulary, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
 };

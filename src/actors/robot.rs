@@ -1,8 +1,8 @@
 //! Robot actor: commands in; time passes; statuses and state out.
 
 use super::{ActorError, Chaos};
+use crate::hardware::Robot;
 use crate::messages::Command;
-use crate::robots::Robot;
 use crate::transport::convert::{
     command_from_wire, device_header, robot_state_to_wire, status_to_wire,
 };

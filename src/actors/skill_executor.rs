@@ -6,11 +6,11 @@ use tokio::sync::watch;
 
 use super::scene_parser::fresh;
 use super::{ActorError, Chaos, Keep};
-use crate::config::ClockKind;
-use crate::eval::{EpisodeEnd, Tally};
+use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Note, Stop};
-use crate::messages::{PlanMessage, RobotState, Scene};
-use crate::telemetry::monotonic_ns;
+use crate::messages::{PlanMessage, RobotState};
+use crate::metrics::{EpisodeEnd, Tally};
+use crate::scene::Scene;
 use crate::transport::convert::{
     Vocabulary, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
     robot_state_from_wire, scene_from_wire, status_from_wire,

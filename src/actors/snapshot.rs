@@ -1,24 +1,34 @@
 //! Snapshot actor: a viewer like any other. It reads pixels, scene, plan and goal from the bus and
 //! draws one cycle.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use image::RgbImage;
 
 use super::ActorError;
-use crate::app::SnapshotRequest;
-use crate::detectors::label_of;
-use crate::grounding::Perception;
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Scene};
-use crate::pddl::{Bindings, Condition, Universe, evaluate};
+use crate::logic::{Bindings, Facts, Universe, evaluate};
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict};
+use crate::pddl::Condition;
+use crate::perception::label_of;
+use crate::perception::model::Perception;
 use crate::picture::{EdgeKind, EdgeMark, GoalMark, ObjectMark, PictureInput, draw, view_around};
-use crate::scene::Facts;
+use crate::scene::Scene;
 use crate::transport::convert::{
     Vocabulary, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
 };
 use crate::transport::topics::{CAMERA_RGB, GOAL, PLAN, SCENE};
 use crate::transport::wire::{FrameHeader, SceneRecord, StepRecord, TaskHeader};
 use crate::transport::{Bus, Inbox};
+
+/// A picture of one cycle, asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SnapshotRequest {
+    /// The PNG file.
+    pub path: PathBuf,
+    /// The first cycle that it may show; it shows the first settled one with a plan from there on.
+    pub from_cycle: u64,
+}
 
 /// What the actor is started with.
 #[derive(Debug)]

@@ -5,11 +5,23 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ractor::{Actor, ActorCell, ActorProcessingErr, ActorRef, SupervisionEvent};
+use serde::Deserialize;
 use tokio::sync::watch;
 
 use super::lifecycle::DataLoop;
 use super::{ActorError, Fatal, Serve};
-use crate::config::SupervisorConfig;
+
+/// `[supervisor]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupervisorConfig {
+    /// Most restarts of one actor in an episode.
+    pub restarts_max: u32,
+    /// Pause before the first restart, milliseconds; doubles with each one.
+    pub backoff_ms_min: u64,
+    /// Longest pause before a restart, milliseconds.
+    pub backoff_ms_max: u64,
+}
 
 /// How to start one actor; called again for every restart.
 pub struct ActorSpec {

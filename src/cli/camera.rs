@@ -6,7 +6,7 @@ use clap::Subcommand;
 
 use super::{Failure, out};
 use crate::actors::{Chaos, camera};
-use crate::cameras::images::{ImageCamera, find_images};
+use crate::hardware::images::{ImageCamera, find_images};
 use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]

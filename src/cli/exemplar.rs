@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Failure, out};
-use crate::config::{DomainFolder, load_run};
+use crate::run::{DomainFolder, load_run};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -20,7 +20,7 @@ pub(super) struct Args {
 /// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there.
 #[cfg(feature = "sim")]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    use crate::cameras::sim_labels::label_scene;
+    use crate::hardware::sim::label_scene;
 
     let config = load_run(&args.config, &args.sets)?;
     let folder = DomainFolder::find(&config.domain, &config.origin)?;
@@ -49,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
     DomainFolder::find(&config.domain, &config.origin)?;
     out::note(&format!("{} is not written", args.folder));
-    Err(crate::config::ConfigError::Missing {
+    Err(crate::run::ConfigError::Missing {
         what: "the simulator".to_owned(),
         how: "build with `--features sim`".to_owned(),
     }

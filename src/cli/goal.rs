@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::{Failure, out};
-use crate::config::{ConfigError, DomainFolder, environment, read_text};
-use crate::detectors::{GroundedImage, label_of};
 use crate::geometry::PixelBox;
 use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal, Referent};
 use crate::pddl::{Name, SourceText, parse_problem};
+use crate::perception::{GroundedImage, label_of};
+use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

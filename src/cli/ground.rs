@@ -8,12 +8,11 @@ use serde_json::{Value, json};
 
 use super::goal::{read_options, seen_objects};
 use super::{Failure, exit, out};
-use crate::config::{ConfigError, DomainFolder, Eye, environment, exemplar_from_files, read_image};
-use crate::detectors::{GroundedImage, ImageView, Pipeline, ground_image, phrase_of_name};
 use crate::goals::{self, GoalSettings, ParsedGoal};
-use crate::grounding::Grip;
 use crate::pddl::Atom;
+use crate::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image, phrase_of_name};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
+use crate::run::{ConfigError, DomainFolder, Eye, environment, exemplar_from_files, read_image};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -16,7 +16,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::app::RunError;
+use crate::run::RunError;
 
 /// Process exit codes; `README.md` lists them.
 pub mod exit {
@@ -120,8 +120,8 @@ impl From<RunError> for Failure {
     }
 }
 
-impl From<crate::config::ConfigError> for Failure {
-    fn from(error: crate::config::ConfigError) -> Self {
+impl From<crate::run::ConfigError> for Failure {
+    fn from(error: crate::run::ConfigError) -> Self {
         RunError::from(error).into()
     }
 }

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::{Failure, exit, out};
-use crate::config::{ConfigError, PlannerConfig, choose, read_text};
+use crate::clock::monotonic_ns;
 use crate::pddl::{
     Domain, Parsed, Place, Problem, SourceText, Warning, parse_domain, parse_problem,
 };
-use crate::planners::{FastDownward, PLANNERS, PlannerSettings};
+use crate::planners::{FastDownward, PLANNERS, PlannerConfig, PlannerSettings};
 use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
-use crate::telemetry::monotonic_ns;
+use crate::run::{ConfigError, choose, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -10,11 +10,10 @@ use tokio::sync::watch;
 
 use super::narrate::Style;
 use super::{Failure, out};
-use crate::app::{EpisodeOptions, Prepared, RunError, SnapshotRequest, run_episode};
-use crate::config::{RunConfig, load_run};
-use crate::eval::EpisodeReport;
+use crate::actors::SnapshotRequest;
 use crate::executive::{Note, Stop, Verdict};
-use crate::telemetry::Quantiles;
+use crate::metrics::{EpisodeReport, Quantiles};
+use crate::run::{EpisodeOptions, Prepared, RunConfig, RunError, load_run, run_episode};
 use crate::transport::BusConfig;
 
 /// Threads of the runtime: the loop is a pipeline, more would not help one episode.

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::plan::fast_downward;
 use super::{Failure, exit, out};
-use crate::config::{ConfigError, read_text};
+use crate::run::{ConfigError, read_text};
 use crate::stress::{
     Cell, Comparison, Judgement, Options, Quantiles, Report, StressConfig, StressError, Verdict,
     check, instances, load_stress, plot, run_stress, write_logs,
@@ -286,7 +286,7 @@ impl From<StressError> for Failure {
         match error {
             StressError::Config(error) => error.into(),
             StressError::Transport(error) => error.into(),
-            StressError::Fatal(error) => crate::app::RunError::from(error).into(),
+            StressError::Fatal(error) => crate::run::RunError::from(error).into(),
             StressError::Silent { .. } => Self { message: error.to_string(), code: exit::GAVE_UP },
             StressError::Wire(error) => Self::bad_input(error),
         }

@@ -9,12 +9,14 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use serde::Serialize;
 
-use crate::cameras::sim_labels::{Labeller, Look, Viewpoint, exemplar_scenes};
-use crate::config::{ConfigError, DomainFolder, RunConfig};
-use crate::detectors::{DepthView, Detector, ImageView, volume_of};
-use crate::grounding::{Exemplar, Exemplars, Grounder as _, ObjectBox, Perception, S2s};
+use crate::hardware::sim::{Labeller, Look, Viewpoint, exemplar_scenes};
+use crate::logic::Truth;
 use crate::pddl::{Atom, Name};
-use crate::scene::Truth;
+use crate::perception::detectors::Detector;
+use crate::perception::grounders::{Grounder as _, S2s};
+use crate::perception::model::{Exemplar, Exemplars, ObjectBox, Perception};
+use crate::perception::{DepthView, ImageView, volume_of};
+use crate::run::{ConfigError, DomainFolder, RunConfig};
 
 /// The scene below a domain's folder that is looked at, with one arrangement for each seed.
 const SCENE: &str = "scenes/evaluation.toml";

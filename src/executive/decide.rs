@@ -4,9 +4,10 @@ use super::explain::deviations;
 use super::looking::doubted;
 use super::verdict::{Limit, Verdict};
 use super::{Answer, Cycle, Executive, Note, Phase, ReplanCause, join};
-use crate::messages::{CommandKind, Origin, PlanVerdict, Scene};
+use crate::logic::Truth;
+use crate::messages::{CommandKind, PlanVerdict};
 use crate::pddl::{Atom, Name, Step};
-use crate::scene::{Truth, Visibility};
+use crate::scene::{Origin, Scene, Visibility};
 
 impl Executive {
     /// Hears the robot, judges what has ended, explains what has changed, follows the plan.

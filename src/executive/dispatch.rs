@@ -4,9 +4,9 @@ use super::looking::doubted;
 use super::running::Running;
 use super::verdict::{Limit, Verdict};
 use super::{Answer, Cycle, Executive, Note, Phase};
+use crate::logic::{Changes, Truth, Universe, bind, effects, evaluate, unsatisfied};
 use crate::messages::CommandKind;
-use crate::pddl::{Changes, Step, Universe, bind, effects, evaluate, unsatisfied};
-use crate::scene::Truth;
+use crate::pddl::Step;
 use crate::skills::{Held, Preempt};
 
 /// Why a step may not start.

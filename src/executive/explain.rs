@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use crate::logic::Facts;
 use crate::pddl::{Atom, Domain, Name};
-use crate::scene::Facts;
 
 /// Facts about the same objects that are not as expected.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

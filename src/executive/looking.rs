@@ -3,9 +3,9 @@
 use nalgebra::Point3;
 
 use super::{Answer, Cycle, Executive, Note, Phase};
-use crate::grounding::Doubt;
 use crate::messages::{CommandKind, Expect, Motion};
 use crate::pddl::Name;
+use crate::scene::Doubt;
 use crate::skills::SkillContext;
 
 /// A motion of the tool for the sake of the camera's view.

@@ -16,10 +16,10 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::grounding::Doubt;
-use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Scene, Status, StepOutcome};
+use crate::logic::Facts;
+use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Status, StepOutcome};
 use crate::pddl::{Domain, Name, Step};
-use crate::scene::Facts;
+use crate::scene::{Doubt, Scene};
 use crate::skills::{Held, MotionConfig, SkillBook};
 
 pub use explain::{Deviation, deviations};

@@ -1,9 +1,9 @@
 //! A step in the robot's hands: statuses, timeouts, and what it came to.
 
 use super::{Cycle, Executive, Note, Phase, ReplanCause, Stop, Verdict};
+use crate::logic::{Changes, Facts, Truth};
 use crate::messages::{StatusKind, StepOutcome};
-use crate::pddl::{Changes, Name, Step};
-use crate::scene::{Facts, Truth};
+use crate::pddl::{Name, Step};
 
 /// A step that the robot carries out.
 #[derive(Debug, Clone)]

@@ -16,8 +16,8 @@ use serde::Deserialize;
 
 use super::language::Never;
 use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
-use crate::detectors::GroundedImage;
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
+use crate::perception::GroundedImage;
 
 /// The options, as written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]

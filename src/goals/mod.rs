@@ -18,10 +18,10 @@ pub use error::{GoalError, Misunderstood, Reason};
 pub use language::Language;
 pub use repair::{Conflict, Repaired, repaired};
 
-use crate::detectors::GroundedImage;
 use crate::geometry::PixelBox;
-use crate::grounding::Perception;
 use crate::pddl::{Condition, Domain, Name, Typed};
+use crate::perception::GroundedImage;
+use crate::perception::model::Perception;
 
 /// One object that a goal may speak of.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,8 +17,9 @@ use image::{RgbImage, imageops};
 use thiserror::Error;
 
 use crate::geometry::PixelBox;
+use crate::logic::Truth;
 use crate::pddl::Name;
-use crate::scene::{Truth, Visibility};
+use crate::scene::Visibility;
 use canvas::{Area, Canvas, Line};
 use text::Fonts;
 

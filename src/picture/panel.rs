@@ -3,7 +3,7 @@
 use super::canvas::{Area, Canvas, Point};
 use super::text::{Face, Fonts, Style};
 use super::{EdgeKind, PictureInput, RemarkKind, edges, palette};
-use crate::scene::Truth;
+use crate::logic::Truth;
 
 /// Width of the panel.
 pub(super) const WIDTH: u32 = 540;

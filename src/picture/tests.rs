@@ -3,7 +3,8 @@
 use image::{Rgb, RgbImage};
 
 use super::*;
-use crate::scene::{Truth, Visibility};
+use crate::logic::Truth;
+use crate::scene::Visibility;
 
 const GREY: Rgb<u8> = Rgb([60, 62, 66]);
 

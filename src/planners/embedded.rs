@@ -1,7 +1,8 @@
 //! The project's own planner, in process.
 
 use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
-use crate::planning::{Answer, Budget, Outcome, Rung, Task, plan};
+use crate::messages::Rung;
+use crate::planning::{Answer, Budget, Outcome, Task, plan};
 
 #[derive(Debug)]
 struct Embedded {

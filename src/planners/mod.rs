@@ -1,11 +1,8 @@
 //! Planners: state and goal to plan. Each is one file with one line in [`PLANNERS`].
 
-mod background;
+mod config;
 mod embedded;
 mod fast_downward;
-mod replanner;
-#[cfg(test)]
-mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -13,13 +10,11 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use crate::config::PlannerConfig;
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
 use crate::planning::{Answer, PlanRequest, Task};
 
-pub use background::TableBuilder;
+pub use config::{PlannerConfig, TableConfig};
 pub use fast_downward::{BackendAnswer, FastDownward};
-pub use replanner::{Adoption, Decided, Patience, Replan, Replanner, TableRequest};
 
 /// What a planner is asked.
 #[derive(Clone, Copy)]

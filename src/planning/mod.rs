@@ -9,30 +9,15 @@ mod budget;
 mod outcome;
 mod plan;
 mod validate;
-mod formula;
-mod schema;
-mod ground;
-mod seeds;
-mod instantiate;
-mod prune;
-mod axioms;
-mod state;
-mod successors;
-mod task;
-mod mutex;
-mod pack;
-mod heuristics;
-mod search;
-mod solve;
-mod ladder;
+pub(crate) mod task;
+pub(crate) mod mutex;
+pub(crate) mod heuristics;
+pub(crate) mod search;
+pub(crate) mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
-pub use ladder::{
-    Climbed, Counters, Distance, End as LadderEnd, Ground, Ladder, LadderSettings, Reply, Rest,
-    Reuse, Rung, Table, TableEnd, TableJob, TableLimits,
-};
 pub use mutex::{MutexGroups, Violation};
 pub use outcome::{Outcome, Phase, Proof, Statistics};
 pub use plan::Plan;

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::formula::Formula;
 use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared};
 use super::search::{self, AStar, End, Limits};
 use super::task::Task;
+use super::task::formula::Formula;
 use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
 use crate::pddl::{Atom, Step};
 

@@ -1,10 +1,8 @@
 //! Checks plans by direct interpretation of the domain, independently of the planner.
 
 use super::PlanRequest;
-use crate::pddl::{
-    Atom, Bindings, Changes, Demand, Domain, Step, Typed, Universe, bind, effects, unsatisfied,
-};
-use crate::scene::Facts;
+use crate::logic::{Bindings, Changes, Demand, Facts, Universe, bind, effects, unsatisfied};
+use crate::pddl::{Atom, Domain, Step, Typed};
 
 /// Whether a plan does what it should.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 //! The domain-conditioned scene graph: objects of the domain's types, facts over its predicates.
 
-mod truth;
-mod facts;
 mod object;
+mod doubt;
+mod graph;
 
-pub use facts::Facts;
-pub use object::{SceneObject, Visibility, Volume};
-pub use truth::Truth;
+pub use doubt::Doubt;
+pub use graph::{Cause, Origin, Scene, SceneFact};
+pub use object::{SceneObject, Visibility};

@@ -4,9 +4,10 @@ use nalgebra::Point3;
 use serde::Deserialize;
 
 use super::SkillError;
+use crate::geometry::Volume;
 use crate::messages::{Expect, RobotState, Waypoint};
 use crate::pddl::Name;
-use crate::scene::{SceneObject, Visibility, Volume};
+use crate::scene::{SceneObject, Visibility};
 
 /// How the robot moves. Lengths in metres, in the world frame.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

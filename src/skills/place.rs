@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 
 use super::{Held, Param, Skill, SkillContext, SkillError};
+use crate::geometry::Volume;
 use crate::messages::{Expect, Motion};
 use crate::pddl::Name;
-use crate::scene::Volume;
 
 /// Steps of the search for a free place, metres.
 const GRID_M: f64 = 0.01;

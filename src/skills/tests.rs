@@ -6,10 +6,11 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::config::DomainFolder;
+use crate::geometry::Volume;
 use crate::messages::{Expect, RobotState, Waypoint};
 use crate::pddl::Step;
-use crate::scene::{SceneObject, Visibility, Volume};
+use crate::run::DomainFolder;
+use crate::scene::{SceneObject, Visibility};
 use crate::transport::wire::WAYPOINTS_MAX;
 
 const MOTION: MotionConfig = MotionConfig {

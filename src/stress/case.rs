@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{CaseConfig, StressConfig, StressError, Template};
-use crate::config::{ConfigError, DomainFolder, in_data, read_text};
 use crate::pddl::{Problem, SourceText, parse_problem};
+use crate::run::{ConfigError, DomainFolder, in_data, read_text};
 
 /// One problem of a case.
 #[derive(Debug, Clone)]

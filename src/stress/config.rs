@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::Feed;
-use crate::config::{ConfigError, PlannerConfig, read_text};
+use crate::planners::PlannerConfig;
+use crate::run::{ConfigError, read_text};
 
 /// Everything that a stress test needs to know.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

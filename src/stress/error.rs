@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use crate::actors::Fatal;
-use crate::config::ConfigError;
 use crate::pddl::PddlError;
+use crate::run::ConfigError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 

@@ -5,9 +5,9 @@ use rand_chacha::rand_core::SeedableRng as _;
 use serde::{Deserialize, Serialize};
 
 use super::world::{World, below};
-use crate::messages::{Cause, Origin, Scene, SceneFact};
+use crate::logic::{Facts, Truth};
 use crate::pddl::{Atom, Domain, Name, Problem, Step, Typed};
-use crate::scene::{Facts, SceneObject, Truth, Visibility};
+use crate::scene::{Cause, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// How the world changes from one scene to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

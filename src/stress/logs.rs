@@ -10,7 +10,7 @@ use hdrhistogram::serialization::V2DeflateSerializer;
 use hdrhistogram::serialization::interval_log::{IntervalLogWriterBuilder, Tag};
 
 use super::measure::{AllSamples, Key, Samples, Timing};
-use crate::config::ConfigError;
+use crate::run::ConfigError;
 
 /// Largest time that is told apart, nanoseconds (a quarter of an hour).
 const NS_MAX: u64 = 900_000_000_000;

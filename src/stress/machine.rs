@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use serde::{Deserialize, Serialize};
 
-use crate::telemetry::thread_cpu_ns;
+use crate::clock::thread_cpu_ns;
 
 /// Words of the calibration's table: 256 KiB, about what a replan touches.
 const TABLE_WORDS: usize = 1 << 15;

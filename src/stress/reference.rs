@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::logic::Facts;
 use crate::pddl::{Domain, Problem};
 use crate::planning::{
     Budget, Coverage, GroundingLimits, NO_PENALTIES, Outcome, PlanRequest, Task, TaskInput, plan,
 };
-use crate::scene::Facts;
 
 /// Most states that one search for a cheapest plan may expand.
 const EXPANSIONS_MAX: u64 = 1_000_000;

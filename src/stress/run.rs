@@ -11,10 +11,10 @@ use super::session::{Answer, Session, Start, nanoseconds};
 use super::{
     Comparison, Feed, Instance, Logs, Machine, Rate, Report, StressConfig, StressError, machine,
 };
+use crate::clock::monotonic_ns;
 use crate::pddl::{Step, Typed};
 use crate::planners::FastDownward;
 use crate::planning::{NO_PENALTIES, Outcome, PlanRequest};
-use crate::telemetry::monotonic_ns;
 use crate::transport::BusConfig;
 
 /// Name of the rung of a first plan: grounding and all.

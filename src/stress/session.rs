@@ -9,13 +9,15 @@ use tokio::time::timeout;
 use super::error::StressError;
 use super::feed::View;
 use super::measure::Timing;
-use crate::actors::{ActorSpec, Chaos, Fatal, Keep, Supervision, planner, supervise};
-use crate::config::{DomainFolder, PlannerConfig, SupervisorConfig};
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict};
+use crate::actors::{
+    ActorSpec, Chaos, Fatal, Keep, Supervision, SupervisorConfig, planner, supervise,
+};
+use crate::clock::monotonic_ns;
+use crate::logic::Facts;
+use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Rung};
 use crate::pddl::{Problem, Step};
-use crate::planning::Rung;
-use crate::scene::Facts;
-use crate::telemetry::monotonic_ns;
+use crate::planners::PlannerConfig;
+use crate::run::DomainFolder;
 use crate::transport::convert::{Vocabulary, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
 use crate::transport::wire::{SceneRecord, StepRecord, TaskHeader};
@@ -203,8 +205,9 @@ fn gone() -> Fatal {
 }
 
 fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
-    use crate::config::{ConfigError, choose};
-    use crate::planners::{Adoption, PLANNERS, PlannerSettings, Replanner};
+    use crate::planners::{PLANNERS, PlannerSettings};
+    use crate::replanning::{Adoption, Replanner};
+    use crate::run::{ConfigError, choose};
     let config = start.planner;
     let build = choose("planner.name", &config.name, PLANNERS)?;
     let file = start.origin.display().to_string();

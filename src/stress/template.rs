@@ -14,8 +14,8 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 
-use crate::config::ConfigError;
 use crate::pddl::{Domain, Problem, SourceText, parse_problem};
+use crate::run::ConfigError;
 
 /// Most lines that one rule may stand for.
 const LINES_MAX: usize = 1_000_000;

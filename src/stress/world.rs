@@ -4,11 +4,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
 
-use crate::pddl::{
-    Action, Atom, Bindings, Demand, Domain, Name, Problem, Step, Typed, Universe, bind, effects,
-    evaluate,
-};
-use crate::scene::Facts;
+use crate::logic::{Bindings, Demand, Facts, Universe, bind, effects, evaluate};
+use crate::pddl::{Action, Atom, Domain, Name, Problem, Step, Typed};
 
 /// How many random tuples are tried before all of them are looked through.
 const TRIES: usize = 4000;

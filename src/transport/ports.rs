@@ -26,7 +26,7 @@ use super::TransportError;
 use super::bus::Service;
 use super::topics::{Delivery, Topic};
 use super::wire::{Header, SCHEMA};
-use crate::telemetry::monotonic_ns;
+use crate::clock::monotonic_ns;
 
 /// Event id of "a sample was sent". Ids 1 to 3 are iceoryx2's life-cycle events.
 const SENT: EventId = EventId::new(4);

@@ -17,9 +17,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 
-use groundloop::app::{Episode, EpisodeOptions, Prepared, RunError, run_episode};
-use groundloop::config::{RunConfig, load_run};
 use groundloop::executive::{Note, ReplanCause, Stop};
+use groundloop::run::{
+    Episode, EpisodeOptions, Prepared, RunConfig, RunError, load_run, run_episode,
+};
 use groundloop::transport::BusConfig;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::watch;

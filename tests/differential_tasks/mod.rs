@@ -4,11 +4,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::rc::Rc;
 
-use groundloop::pddl::{
-    Atom, Bindings, Condition, Domain, Literal, Name, Problem, Step, Term, Typed, Universe, bind,
-    derive, effects, evaluate,
-};
-use groundloop::scene::Facts;
+use groundloop::logic::{Bindings, Facts, Universe, bind, derive, effects, evaluate};
+use groundloop::pddl::{Atom, Condition, Domain, Literal, Name, Problem, Step, Term, Typed};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 

@@ -1,7 +1,8 @@
 //! ferroplan's `Session`, as its documentation says that an agent should use it.
 
 use ferroplan::{Mode, Options, Plan, Session};
-use groundloop::pddl::{Atom, Domain, Problem, Step, Universe, print_domain, print_problem};
+use groundloop::pddl::{Atom, Domain, Problem, Step, print_domain, print_problem};
+use groundloop::logic::Universe;
 use groundloop::stress::View;
 
 use super::{Failure, cpu_ns};

@@ -17,7 +17,7 @@ mod own;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use groundloop::config::PlannerConfig;
+use groundloop::planners::PlannerConfig;
 use groundloop::pddl::{Domain, Problem, Step};
 use groundloop::planners::{FastDownward, PlannerSettings};
 use groundloop::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, validate};
@@ -241,5 +241,5 @@ fn format(
 
 /// Processor time of the calling thread so far.
 fn cpu_ns() -> u64 {
-    groundloop::telemetry::thread_cpu_ns()
+    groundloop::clock::thread_cpu_ns()
 }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use groundloop::config::PlannerConfig;
+use groundloop::planners::PlannerConfig;
+use groundloop::replanning::{Adoption, Patience, Replanner};
 use groundloop::messages::{GoalMessage, PlanVerdict};
 use groundloop::pddl::Step;
-use groundloop::planners::{Adoption, PLANNERS, Patience, PlannerSettings, Replanner};
-use groundloop::scene::Facts;
+use groundloop::planners::{PLANNERS, PlannerSettings};
+use groundloop::logic::Facts;
 use groundloop::stress::{Instance, View};
 
 use super::{Failure, cpu_ns};

@@ -15,8 +15,8 @@ use super::{
     Args, Looked, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth,
 };
 use crate::actors::{ActorError, Fatal};
-use crate::detectors::DepthView;
-use crate::messages::Scene;
+use crate::perception::DepthView;
+use crate::scene::Scene;
 use crate::transport::Received;
 use crate::transport::convert::frame_from_wire;
 use crate::transport::wire::FrameHeader;

@@ -4,9 +4,10 @@ use tokio::time::{Instant, timeout_at};
 
 use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_depth};
 use crate::actors::ActorError;
-use crate::detectors::{DepthView, Detector, ImageView};
-use crate::messages::Scene;
-use crate::telemetry::monotonic_ns;
+use crate::clock::monotonic_ns;
+use crate::perception::detectors::Detector;
+use crate::perception::{DepthView, ImageView};
+use crate::scene::Scene;
 use crate::transport::Received;
 use crate::transport::convert::frame_from_wire;
 use crate::transport::wire::FrameHeader;

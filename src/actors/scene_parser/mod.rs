@@ -12,12 +12,14 @@ use std::time::Duration;
 
 use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Fatal, Keep};
-use crate::detectors::{DepthView, Detector, DetectorError, Sighted, phrase_of_name};
+use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
-use crate::messages::{Cause, Command, RobotState, Scene, Status};
+use crate::messages::{Command, RobotState, Status};
 use crate::pddl::Typed;
-use crate::scene_parser::{FrameContext, ParserConfig, SceneParser};
-use crate::telemetry::monotonic_ns;
+use crate::perception::detectors::{Detector, DetectorError};
+use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
+use crate::perception::{DepthView, Sighted, phrase_of_name};
+use crate::scene::{Cause, Scene};
 use crate::transport::convert::{
     Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
     robot_state_from_wire, scene_to_wire, status_from_wire,

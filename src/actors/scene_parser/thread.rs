@@ -10,10 +10,11 @@ use tokio::sync::mpsc;
 
 use super::{FrameStamp, MakeDetector, Rejection};
 use crate::actors::ActorError;
-use crate::detectors::{Detector, ImageView, Sighted};
+use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
 use crate::messages::RobotState;
-use crate::telemetry::monotonic_ns;
+use crate::perception::detectors::Detector;
+use crate::perception::{ImageView, Sighted};
 
 /// A frame with all that belongs to it, owned: it is looked at while newer ones come.
 #[derive(Debug, Clone)]
@@ -137,9 +138,10 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use crate::detectors::{DetectorError, PhraseBox};
     use crate::geometry::PixelBox;
-    use crate::grounding::ObjectBox;
+    use crate::perception::PhraseBox;
+    use crate::perception::detectors::DetectorError;
+    use crate::perception::model::ObjectBox;
 
     /// What the gate lets a detector do with one frame.
     enum Go {

@@ -8,17 +8,17 @@ use serde::Deserialize;
 
 use super::super::{Failure, out};
 use super::prodgv_tables::{print_details, print_report};
-use crate::config::{ConfigError, DomainFolder, PlannerConfig, choose, read_text};
-use crate::detectors::DETECTORS;
 use crate::eval::prodgv::pairs::ordered_pairs;
 use crate::eval::prodgv::{
     Detections, DomainData, Episode, EvalError, Evaluation, Goals, Jitter, Report, Setup,
     Vocabulary, data_set, domain_report, evaluate, picture, published,
 };
 use crate::goals::GOALS;
-use crate::grounding::GROUNDERS;
-use crate::planners::{PLANNERS, Planner, PlannerSettings};
+use crate::perception::detectors::DETECTORS;
+use crate::perception::grounders::GROUNDERS;
+use crate::planners::{PLANNERS, Planner, PlannerConfig, PlannerSettings};
 use crate::planning::Budget;
+use crate::run::{ConfigError, DomainFolder, choose, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

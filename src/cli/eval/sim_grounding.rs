@@ -25,7 +25,7 @@ pub(super) struct Args {
 #[cfg(not(feature = "sim"))]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     tracing::debug!(?args, "not measured");
-    Err(crate::config::ConfigError::Missing {
+    Err(crate::run::ConfigError::Missing {
         what: "the simulator".to_owned(),
         how: "build with `--features sim`".to_owned(),
     }
@@ -49,8 +49,8 @@ mod with_sim {
 
     use super::super::super::out;
     use super::{Args, Failure};
-    use crate::config::{DomainFolder, RunConfig, load_run};
     use crate::eval::sim_grounding::{CAMERAS, Row, Source, Used, has_scene, measure};
+    use crate::run::{DomainFolder, RunConfig, load_run};
 
     /// Where run files are looked for when none is named.
     const CONFIGS: &str = "configs";

@@ -8,12 +8,12 @@ use serde_json::{Map, Value};
 
 use super::EvalError;
 use super::forms::inside_of;
-use crate::config::{read_image, read_text};
 use crate::geometry::PixelBox;
-use crate::grounding::{Exemplar, ObjectBox};
 use crate::pddl::{
     Atom, Domain, Name, Problem, SourceText, Step, Typed, parse_domain, parse_plan, parse_problem,
 };
+use crate::perception::model::{Exemplar, ObjectBox};
+use crate::run::{read_image, read_text};
 
 /// One domain of a checkout.
 #[derive(Debug, Clone)]

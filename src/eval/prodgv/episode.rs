@@ -9,15 +9,15 @@ use super::rename::{self, Nameless};
 use super::score::{Score, score};
 use super::stage::{self, Failure};
 use super::{Labelled, Vocabulary};
-use crate::grounding::{
-    Grip, Grounder, Grounding, ObjectBox, complete, facts_of, merged, proprioception,
-};
+use crate::logic::{Facts, Truth};
 use crate::pddl::{
     Atom, Condition, Domain, Name, Problem, SourceText, Step, Typed, parse_problem, print_problem,
 };
+use crate::perception::grounders::{Grounder, Grounding};
+use crate::perception::model::ObjectBox;
+use crate::perception::{Grip, complete, facts_of, merged, proprioception};
 use crate::planners::{PlanQuery, Planner};
 use crate::planning::{Outcome, PlanRequest, Validation, validate};
-use crate::scene::{Facts, Truth};
 
 /// What an episode is carried out with.
 #[derive(Clone, Copy)]

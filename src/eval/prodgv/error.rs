@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use crate::config::ConfigError;
 use crate::pddl::PddlError;
+use crate::run::ConfigError;
 
 /// The evaluation cannot be carried out. Every message names the file or the setting.
 #[derive(Debug, Error)]

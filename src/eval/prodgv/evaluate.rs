@@ -12,15 +12,15 @@ use super::pairs::is_evaluated;
 use super::recorded::Pair;
 use super::score::{Counts, score};
 use super::{DomainData, EvalError, Labelled, Vocabulary};
-use crate::config::{ConfigError, choose, environment};
-use crate::detectors::{
-    Detector, ImageView, MergeRule, Sighted, merge, name_detections, phrase_of_name,
-};
 use crate::geometry::PixelBox;
 use crate::goals::{self, GoalSettings, GoalSource};
-use crate::grounding::{Exemplar, Exemplars, GROUNDERS, Grounder, ObjectBox};
 use crate::pddl::Atom;
+use crate::perception::detectors::Detector;
+use crate::perception::grounders::{GROUNDERS, Grounder};
+use crate::perception::model::{Exemplar, Exemplars, ObjectBox};
+use crate::perception::{ImageView, MergeRule, Sighted, merge, name_detections, phrase_of_name};
 use crate::planners::Planner;
+use crate::run::{ConfigError, choose, environment};
 
 /// Where the boxes of the test photographs come from.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,11 +3,11 @@
 use super::matching::{Matching, nearest};
 use super::rename::{self, Nameless};
 use super::{EvalError, Vocabulary};
-use crate::config::ConfigError;
-use crate::detectors::label_of;
 use crate::goals::{GoalError, GoalObject, GoalSource, Language, ParsedGoal, repaired};
-use crate::grounding::ObjectBox;
 use crate::pddl::{Condition, Name, SourceText, Typed, parse_goal};
+use crate::perception::label_of;
+use crate::perception::model::ObjectBox;
+use crate::run::ConfigError;
 
 /// Where a goal comes from.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::recorded::Pair;
 use crate::geometry::PixelBox;
-use crate::grounding::ObjectBox;
+use crate::perception::model::ObjectBox;
 
 /// How boxes are disturbed.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

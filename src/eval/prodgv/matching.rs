@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::grounding::{Implied, ObjectBox};
 use crate::pddl::{Name, Typed};
+use crate::perception::model::{Implied, ObjectBox};
 
 /// Detected names to true names; a detection that stands for nothing has no entry. No true name
 /// occurs twice.

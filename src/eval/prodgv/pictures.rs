@@ -3,14 +3,14 @@
 use image::RgbImage;
 
 use super::goal::GoalFault;
-use super::rename;
-use super::{Episode, EvalError, Labelled, Vocabulary};
-use crate::detectors::label_of;
-use crate::pddl::{Atom, Bindings, Condition, Name, Universe, evaluate};
+use super::{Episode, EvalError, Labelled, Vocabulary, rename};
+use crate::logic::{Bindings, Truth, Universe, evaluate};
+use crate::pddl::{Atom, Condition, Name};
+use crate::perception::label_of;
 use crate::picture::{
     EdgeKind, EdgeMark, GoalMark, ObjectMark, PictureInput, Remark, RemarkKind, draw, view_around,
 };
-use crate::scene::{Truth, Visibility};
+use crate::scene::Visibility;
 
 /// Draws an episode over the test's photograph.
 ///
@@ -108,7 +108,7 @@ fn objects(
             facts,
         }
     });
-    let is_missed = |object: &&crate::grounding::ObjectBox| {
+    let is_missed = |object: &&crate::perception::model::ObjectBox| {
         episode.matching.values().all(|name| *name != object.name)
     };
     let missed = test.boxes.iter().filter(is_missed).map(|object| ObjectMark {
@@ -136,7 +136,7 @@ fn unary(episode: &Episode, name: &Name, missing: &[Atom]) -> Vec<String> {
 
 /// The atoms that were judged to hold.
 fn recognised(episode: &Episode) -> impl Iterator<Item = &Atom> {
-    let holds = |judged: &&crate::grounding::Judged| judged.truth == Truth::True;
+    let holds = |judged: &&crate::perception::grounders::Judged| judged.truth == Truth::True;
     episode.grounding.judged.iter().filter(holds).map(|judged| &judged.atom)
 }
 

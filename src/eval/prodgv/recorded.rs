@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use super::data_set::{atoms_of, field, object_box, read_boxes, source, type_of};
 use super::forms::form_of;
 use super::{DomainData, EvalError};
-use crate::grounding::ObjectBox;
 use crate::pddl::{Atom, SourceText, Typed, parse_problem};
+use crate::perception::model::ObjectBox;
 
 /// An exemplar's and a test's number.
 pub type Pair = (u32, u32);

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use super::matching::Matching;
 use super::rename;
-use crate::grounding::{Basis, Judged};
+use crate::logic::Truth;
 use crate::pddl::{Atom, Name};
-use crate::scene::Truth;
+use crate::perception::grounders::{Basis, Judged};
 
 /// One judged state against the true one.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use crate::grounding::Evidence;
+    use crate::perception::grounders::Evidence;
 
     fn judged(args: &[&str], truth: Truth, basis: Basis) -> Judged {
         let atom = Atom::new("on", args);

@@ -14,8 +14,8 @@ use serde::Serialize;
 use super::episode::{Episode, solve};
 use super::matching::nearest;
 use super::{Labelled, rename};
-use crate::grounding::ObjectBox;
 use crate::pddl::{Domain, Name, Problem};
+use crate::perception::model::ObjectBox;
 use crate::planners::Planner;
 use crate::planning::{Outcome, PlanRequest, Validation, validate};
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::EvalError;
-use crate::config::DomainFolder;
-use crate::grounding::Perception;
 use crate::pddl::{Domain, Name};
+use crate::perception::model::Perception;
+use crate::run::DomainFolder;
 
 /// What a domain's episodes are read with.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ impl Vocabulary {
         let declares = |name: &Name| domain.predicate(name.as_str()).is_some();
         let mut perception = folder.perception.clone();
         restrict(&mut perception, &declares);
-        perception.check(domain).map_err(crate::config::ConfigError::from)?;
+        perception.check(domain).map_err(crate::run::ConfigError::from)?;
         let mut rules = folder.rules.clone();
         rules.retain(|rule| declares(&rule.head.name));
         let observed = perception.observed_predicates().cloned().collect();

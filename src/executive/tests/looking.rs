@@ -1,7 +1,7 @@
 //! Doubts and unknown facts: more frames, then other views, and never an action on a guess.
 
 use super::*;
-use crate::grounding::Doubt;
+use crate::scene::Doubt;
 
 const PICK: &str = "pick_up red_block arm";
 const POSES: [[f64; 3]; 2] = [[-0.3, 0.0, 0.5], [0.3, 0.0, 0.5]];

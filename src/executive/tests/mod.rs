@@ -11,10 +11,12 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::*;
-use crate::config::{DomainFolder, load_run};
-use crate::messages::{Origin, PlanVerdict, SceneFact, StatusKind};
+use crate::geometry::Volume;
+use crate::logic::Truth;
+use crate::messages::{PlanVerdict, StatusKind};
 use crate::pddl::Atom;
-use crate::scene::{SceneObject, Truth, Visibility, Volume};
+use crate::run::{DomainFolder, load_run};
+use crate::scene::{Origin, SceneFact, SceneObject, Visibility};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const FRAME_NS: u64 = 100_000_000;

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 use super::*;
-use crate::pddl::{Universe, bind, evaluate};
+use crate::logic::{Universe, bind, evaluate};
 
 /// What the world does in one cycle.
 #[derive(Debug, Clone)]

@@ -1,8 +1,7 @@
 //! Answers kept in files, found by what was asked, so that a replay needs no server.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

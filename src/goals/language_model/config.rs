@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::dialect::Dialect;
-use crate::web::Patience;
+use crate::http::Patience;
 
 /// The options, as written.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

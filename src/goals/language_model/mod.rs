@@ -24,9 +24,9 @@ use super::{
     GoalError, GoalObject, GoalSettings, GoalSource, Language, ParsedGoal, Phrase, Referent, fixed,
     lexicon,
 };
+use crate::http::{Client, Header, Request, WebError, shown_url};
 use crate::messages::named_objects;
 use crate::pddl::{Condition, Domain, Name, SourceText, Typed};
-use crate::web::{Client, Header, Request, WebError, shown_url};
 
 /// Most characters of an answer that are repeated to the model.
 const ANSWER_CHARS_MAX: usize = 2000;

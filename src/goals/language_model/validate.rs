@@ -3,10 +3,9 @@
 use super::super::repair::{self, Repaired};
 use super::super::{Language, lexicon};
 use super::dialect::{Answer, Form};
+use crate::logic::{Bindings, substitute};
 use crate::messages::named_objects;
-use crate::pddl::{
-    Atom, Bindings, Condition, Domain, Name, SourceText, Typed, parse_goal, substitute,
-};
+use crate::pddl::{Atom, Condition, Domain, Name, SourceText, Typed, parse_goal};
 
 /// Most atoms that are looked at for contradictions.
 const INSTANCES_MAX: usize = 1000;

@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use super::super::{GoalObject, Reason};
-use super::spelling;
 use super::vocabulary::{Meaning, Vocabulary};
-use super::{Fault, Span};
+use super::{Fault, Span, spelling};
 
 /// How many similar words an error offers.
 const CLOSE_WORDS_MAX: usize = 3;

@@ -19,9 +19,9 @@ use self::call::Call;
 use self::encode::encode;
 use self::process::{End, Limits};
 use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
+use crate::clock::monotonic_ns;
 use crate::pddl::{Domain, Step};
 use crate::planning::{Answer, Outcome, Plan, PlanRequest, Statistics, Validation, validate};
-use crate::telemetry::monotonic_ns;
 
 /// The driver's `lama-first`, in the words of the search program.
 const LAMA_FIRST: &str = "let(hlm, eval_modify_costs(landmark_sum(\

@@ -11,7 +11,7 @@ use rustix::process::{
     Pid, PidfdFlags, Resource, Rlimit, Signal, kill_process_group, pidfd_open, prlimit,
 };
 
-use crate::telemetry::monotonic_ns;
+use crate::clock::monotonic_ns;
 
 /// Bytes that are kept of each pipe: the last ones, where errors stand. The rest is read and
 /// dropped, so that no writer blocks.

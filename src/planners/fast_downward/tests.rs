@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::*;
-use crate::config::PlannerConfig;
 use crate::pddl::{Problem, SourceText, parse_domain, parse_problem};
+use crate::planners::PlannerConfig;
 use crate::planning::Budget;
 
 const DOMAIN: &str = "(define (domain d) (:predicates (p) (q))

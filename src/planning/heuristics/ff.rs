@@ -8,8 +8,8 @@
 use super::graph::Graph;
 use super::relaxed::{Combine, Relaxation};
 use super::{Heuristic, Prepared};
-use crate::planning::formula::Formula;
 use crate::planning::task::Task;
+use crate::planning::task::formula::Formula;
 
 /// The FF heuristic.
 pub(in crate::planning) struct FastForward<'a> {

@@ -6,8 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::planning::formula::{Formula, bit};
 use crate::planning::task::Task;
+use crate::planning::task::formula::{Formula, bit};
 
 /// Stands for no node, no action, no edge.
 pub(super) const NONE: u32 = u32::MAX;

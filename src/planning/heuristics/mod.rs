@@ -23,7 +23,7 @@ pub(super) use patterns::{Databases, Patterns};
 
 /// What heuristics of one task share: built when first asked for, the same for every state.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Prepared {
+pub(crate) struct Prepared {
     graph: OnceLock<graph::Graph>,
     databases: OnceLock<Option<Arc<Databases>>>,
 }

@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::formula::Formula;
+use super::task::formula::Formula;
 use super::task::{Operator, Task};
 use crate::pddl::{Atom, Name};
 
@@ -141,7 +141,7 @@ impl MutexGroups {
     }
 
     /// The task's atoms by group, by number; groups of one are left out.
-    pub(super) fn atoms(&self, task: &Task) -> Vec<Vec<u32>> {
+    pub(crate) fn atoms(&self, task: &Task) -> Vec<Vec<u32>> {
         let number = |atom: &Atom| task.ids.get(atom).copied();
         let groups = self.candidates.iter().flat_map(|c| sorted(c, task.atoms.iter()));
         let groups = groups.filter(|group| group.len() > 1);

@@ -13,11 +13,11 @@ use std::collections::BinaryHeap;
 
 use super::regress::{Target, targets};
 use super::{INTERRUPT_EVERY, Limits, shorten};
-use crate::planning::formula::Formula;
 use crate::planning::heuristics::{FastForward, Heuristic as _, Part};
 use crate::planning::outcome::Phase;
-use crate::planning::state::StateStore;
 use crate::planning::task::Task;
+use crate::planning::task::formula::Formula;
+use crate::planning::task::state::StateStore;
 
 /// Lengths of the parts that are searched anew, in order; the last is longer than any plan.
 const LENGTHS: [usize; 5] = [12, 24, 48, 96, usize::MAX];

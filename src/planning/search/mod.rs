@@ -13,8 +13,8 @@ pub(super) use shorten::shorten;
 
 use super::outcome::Phase;
 use super::solve::INTERRUPTED;
-use super::state::StateStore;
 use super::task::Task;
+use super::task::state::StateStore;
 
 /// Limits of one search.
 #[derive(Clone, Copy)]

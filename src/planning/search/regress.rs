@@ -1,6 +1,6 @@
 //! What must hold at each step of a plan so that its rest reaches the goal.
 
-use crate::planning::formula::{Formula, bit};
+use crate::planning::task::formula::{Formula, bit};
 use crate::planning::task::{Operator, PackedEffect, Task};
 
 /// Atoms that matter and the values they must have, packed like states.

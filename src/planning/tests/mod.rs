@@ -7,10 +7,8 @@ use std::collections::VecDeque;
 use proptest::prelude::*;
 
 use super::*;
-use crate::pddl::{
-    Name, SourceText, Universe, bind, derive, effects, evaluate, parse_domain, parse_problem,
-};
-use crate::scene::Facts;
+use crate::logic::{Facts, Universe, bind, derive, effects, evaluate};
+use crate::pddl::{Name, SourceText, parse_domain, parse_problem};
 
 fn read(domain: &str, problem: &str) -> (Domain, Problem) {
     let domain = parse_domain(&SourceText::new("domain", domain));

@@ -6,9 +6,9 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::*;
-use crate::planning::formula::{Formula, bit};
 use crate::planning::heuristics::{Blind, Heuristic, Landmarks, LmCut, Max};
 use crate::planning::solve::{INTERRUPTED, SearchEnd};
+use crate::planning::task::formula::{Formula, bit};
 
 const N_ATOMS: usize = 5;
 

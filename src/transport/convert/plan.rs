@@ -3,9 +3,8 @@
 use super::WireError;
 use super::task::Vocabulary;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
-use crate::messages::{PlanMessage, PlanVerdict, Spent};
+use crate::messages::{PlanMessage, PlanVerdict, Rung, Spent};
 use crate::pddl::{Atom, Name, Step};
-use crate::planning::Rung;
 use crate::transport::wire::{ARGS_MAX, NameText, StepRecord, TaskHeader};
 
 /// Most steps of one plan.

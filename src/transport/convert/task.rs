@@ -5,11 +5,11 @@ use nalgebra::Point3;
 use super::plan::{step_from_wire, step_to_wire};
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
-use crate::geometry::PixelBox;
-use crate::grounding::Doubt;
-use crate::messages::{Cause, GoalMessage, Origin, Scene, SceneFact, StepOutcome};
+use crate::geometry::{PixelBox, Volume};
+use crate::logic::Truth;
+use crate::messages::{GoalMessage, StepOutcome};
 use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
-use crate::scene::{SceneObject, Truth, Visibility, Volume};
+use crate::scene::{Cause, Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader};
 
 /// Most records of one scene.

@@ -10,8 +10,8 @@ mod orders;
 
 use super::Prepared;
 use super::graph::NONE;
-use crate::planning::formula::bit;
 use crate::planning::task::Task;
+use crate::planning::task::formula::bit;
 use find::NodeLandmarks;
 use orders::Orders;
 

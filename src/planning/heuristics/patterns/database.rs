@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::variables::Variables;
-use crate::planning::formula::Formula;
+use crate::planning::task::formula::Formula;
 use crate::planning::task::{Operator, Task};
 
 /// Abstract state from which the goal cannot be reached.

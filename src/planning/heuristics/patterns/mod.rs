@@ -14,8 +14,8 @@ mod variables;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Heuristic;
-use crate::planning::formula::Formula;
 use crate::planning::task::Task;
+use crate::planning::task::formula::Formula;
 use database::{Database, n_states};
 use variables::Variables;
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::planning::formula::bit;
 use crate::planning::mutex::MutexGroups;
 use crate::planning::task::Task;
+use crate::planning::task::formula::bit;
 
 /// Variables of a task. An atom may belong to several: where a block is and what lies below it.
 #[derive(Debug)]

@@ -8,16 +8,15 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::config::DomainFolder;
-use crate::geometry::{CameraModel, Intrinsics, PixelBox};
-use crate::grounding::Doubt;
+use crate::geometry::{CameraModel, Intrinsics, PixelBox, Volume};
+use crate::logic::Truth;
 use crate::messages::{
-    Cause, Command, CommandKind, Expect, Frame, GoalMessage, Motion, Origin, PlanMessage,
-    PlanVerdict, RobotState, Scene, SceneFact, Spent, Status, StatusKind, StepOutcome, Waypoint,
+    Command, CommandKind, Expect, Frame, GoalMessage, Motion, PlanMessage, PlanVerdict, RobotState,
+    Rung, Spent, Status, StatusKind, StepOutcome, Waypoint,
 };
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
-use crate::planning::Rung;
-use crate::scene::{SceneObject, Truth, Visibility, Volume};
+use crate::run::DomainFolder;
+use crate::scene::{Cause, Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{
     ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord, RobotStateRecord,
     SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,

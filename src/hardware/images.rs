@@ -1,0 +1,103 @@
+//! Photographs from a folder, each shown for a while.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use image::RgbImage;
+use tokio::time::{Interval, MissedTickBehavior};
+
+use super::file::read_rgb;
+use super::{Camera, CameraError, NextFrame};
+use crate::clock::monotonic_ns;
+use crate::messages::Frame;
+
+/// Shows each image of a list `repeat` times, again and again.
+#[derive(Debug)]
+pub struct ImageCamera {
+    frames: Vec<Frame>,
+    repeat: u64,
+    ticks: Interval,
+    sequence: u64,
+    frames_max: Option<u64>,
+}
+
+/// Endings of files that count as images.
+const ENDINGS: [&str; 3] = ["jpg", "jpeg", "png"];
+
+/// The images of a folder in order of their names, or the one image that `path` names.
+///
+/// # Errors
+/// [`CameraError::Image`] naming the folder when there is none.
+pub fn find_images(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
+    if path.is_file() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let fault = |reason: String| CameraError::Image { path: path.display().to_string(), reason };
+    let entries = std::fs::read_dir(path).map_err(|e| fault(e.to_string()))?;
+    let is_image = |path: &PathBuf| {
+        let ending = path.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        ending.is_some_and(|e| ENDINGS.contains(&e.as_str()))
+    };
+    let mut images: Vec<PathBuf> =
+        entries.filter_map(|e| Some(e.ok()?.path())).filter(is_image).collect();
+    images.sort();
+    if images.is_empty() {
+        return Err(fault(format!("no image ({}) here", ENDINGS.join(", "))));
+    }
+    Ok(images)
+}
+
+impl ImageCamera {
+    /// A camera that shows the images at `path` (see [`find_images`]) at `rate_hz`, each for
+    /// `repeat` frames, and stops after `frames_max` frames.
+    ///
+    /// # Errors
+    /// [`CameraError::Image`] naming the file that is not an image.
+    pub fn open(
+        path: &Path,
+        rate_hz: f64,
+        repeat: u64,
+        frames_max: Option<u64>,
+    ) -> Result<Self, CameraError> {
+        let read = |path: &PathBuf| {
+            read_rgb(path).map(still).map_err(|e| CameraError::Image {
+                path: path.display().to_string(),
+                reason: e.to_string(),
+            })
+        };
+        let frames = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
+        let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        Ok(Self { frames, repeat: repeat.max(1), ticks, sequence: 0, frames_max })
+    }
+}
+
+/// An image as a frame.
+fn still(image: RgbImage) -> Frame {
+    Frame {
+        sequence: 0,
+        capture_ns: 0,
+        width: image.width(),
+        height: image.height(),
+        rgb: image.into_raw(),
+        depth_m: None,
+        model: None,
+    }
+}
+
+impl Camera for ImageCamera {
+    fn next(&mut self) -> NextFrame<'_> {
+        Box::pin(async {
+            if self.frames_max.is_some_and(|max| self.sequence >= max) {
+                return Ok(None);
+            }
+            self.ticks.tick().await;
+            let sequence = self.sequence;
+            self.sequence += 1;
+            let frame_idx = (sequence / self.repeat) as usize % self.frames.len().max(1);
+            let Some(frame) = self.frames.get_mut(frame_idx) else { return Ok(None) };
+            (frame.sequence, frame.capture_ns) = (sequence, monotonic_ns());
+            Ok(Some(&*frame))
+        })
+    }
+}

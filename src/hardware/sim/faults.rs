@@ -1,0 +1,75 @@
+//! When the scheduled disturbances of a run file happen.
+
+use groundloop_sim::FaultAction;
+
+use crate::hardware::FaultConfig;
+
+/// The disturbances that have not happened yet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FaultSchedule {
+    waiting: Vec<Scheduled>,
+}
+
+#[derive(Debug, Clone)]
+struct Scheduled {
+    trigger: Trigger,
+    action: FaultAction,
+}
+
+#[derive(Debug, Clone)]
+enum Trigger {
+    /// At this simulated time, nanoseconds.
+    At(u64),
+    /// A while after the `left`-th start of a step whose label fits.
+    During { pattern: String, left: u32, after_ns: u64 },
+}
+
+impl FaultSchedule {
+    /// The schedule of a run file.
+    pub(super) fn new(faults: &[FaultConfig]) -> Result<Self, String> {
+        let scheduled = faults.iter().map(|fault| {
+            let action: FaultAction =
+                fault.action.clone().try_into().map_err(|e| format!("{e}"))?;
+            let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
+            let trigger = match (&fault.during, fault.at_s) {
+                (Some(pattern), _) => Trigger::During {
+                    pattern: pattern.clone(),
+                    left: fault.nth.unwrap_or(1),
+                    after_ns: nanoseconds(fault.after_s.unwrap_or(0.0)),
+                },
+                (None, at_s) => Trigger::At(nanoseconds(at_s.unwrap_or(0.0))),
+            };
+            Ok(Scheduled { trigger, action })
+        });
+        Ok(Self { waiting: scheduled.collect::<Result<_, String>>()? })
+    }
+
+    /// Takes note that a step has started.
+    pub(super) fn started(&mut self, label: &str, now_ns: u64) {
+        for fault in &mut self.waiting {
+            if let Trigger::During { pattern, left, after_ns } = &mut fault.trigger
+                && fits(pattern, label)
+            {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    fault.trigger = Trigger::At(now_ns + *after_ns);
+                }
+            }
+        }
+    }
+
+    /// Takes out what is due.
+    pub(super) fn due(&mut self, now_ns: u64) -> Vec<FaultAction> {
+        let is_due = |fault: &Scheduled| matches!(fault.trigger, Trigger::At(at) if at <= now_ns);
+        let (due, waiting) = std::mem::take(&mut self.waiting).into_iter().partition(is_due);
+        self.waiting = waiting;
+        let due: Vec<Scheduled> = due;
+        due.into_iter().map(|fault| fault.action).collect()
+    }
+}
+
+/// Whether a pattern is the label, or its first word: `stack` fits `(stack a b arm)`.
+fn fits(pattern: &str, label: &str) -> bool {
+    let inner = label.trim_matches(['(', ')']);
+    pattern == label || inner.split_whitespace().next() == Some(pattern)
+}

@@ -1,0 +1,372 @@
+//! Labelled examples of the simulated camera: what is rendered, and what is really there.
+//!
+//! For making `exemplar/` folders, and for scoring an episode that has ended; nothing in the loop
+//! may use it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
+use image::RgbImage;
+use serde::Deserialize;
+
+use super::camera::model_of;
+use super::robot::{SimConfig, SimHardware, read_scene};
+use crate::geometry::{CameraModel, PixelBox, RowRun, Volume};
+use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
+use crate::perception::model::ObjectBox;
+use crate::perception::{DepthView, Detection, volume_of};
+use crate::run::{ConfigError, DomainFolder, RunConfig, read_text};
+
+/// One labelled example, as its files.
+#[derive(Debug, Clone)]
+pub struct LabelledScene {
+    /// Name of the scene file.
+    pub name: String,
+    /// What the camera sees.
+    pub image: RgbImage,
+    /// Boxes as JSON.
+    pub boxes: String,
+    /// Masks as JSON: the pixels of each object.
+    pub masks: String,
+    /// Volumes as JSON: what the camera's depth says of them.
+    pub volumes: String,
+    /// State as a PDDL problem.
+    pub state: String,
+    /// How many objects are labelled.
+    pub n_objects: usize,
+}
+
+/// What the simulated camera sees of a scene, and what is really there.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// The frame.
+    pub image: RgbImage,
+    /// Its depth, metres along the optical axis.
+    pub depth_m: Vec<f32>,
+    /// The camera.
+    pub model: CameraModel,
+    /// Every object that can be seen, with box, mask and volume, in the order of the scene.
+    pub objects: Vec<ObjectBox>,
+    /// The facts that hold among them.
+    pub facts: BTreeSet<Atom>,
+    /// How many objects of visible types others hide too far for a volume.
+    pub n_hidden: usize,
+}
+
+/// Another place for the camera of a run file: metres, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// Where it is.
+    pub position_m: [f64; 3],
+    /// What is in the middle of its image.
+    pub look_at_m: [f64; 3],
+}
+
+/// Builds scenes, looks at them and labels what is seen.
+#[derive(Debug)]
+pub struct Labeller<'a> {
+    folder: &'a DomainFolder,
+    sim: SimConfig,
+    labels: Labels,
+    renderer: Renderer,
+}
+
+/// `scenes/labels.toml`: which predicate says what is really there.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Labels {
+    label: Vec<Label>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Label {
+    predicate: Name,
+    relation: Relation,
+}
+
+/// A true relation between two bodies of the types that the predicate wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Relation {
+    /// The first rests on the second.
+    RestsOn,
+    /// The second goes through the first.
+    Around,
+    /// The first is narrower than the second.
+    Narrower,
+}
+
+/// The domain's words for what is really there.
+#[derive(Debug, Clone)]
+pub struct Oracle {
+    labels: Labels,
+    folder: Arc<DomainFolder>,
+    hardware: SimHardware,
+}
+
+impl Oracle {
+    /// Reads the domain's `scenes/labels.toml`; `None` without such a file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn new(
+        folder: &Arc<DomainFolder>,
+        hardware: SimHardware,
+    ) -> Result<Option<Self>, ConfigError> {
+        if !labels_path(folder).is_file() {
+            return Ok(None);
+        }
+        let labels = read_labels(folder)?;
+        Ok(Some(Self { labels, folder: Arc::clone(folder), hardware }))
+    }
+
+    /// What really holds now. For scoring after an episode; nothing in the loop may ask.
+    pub fn facts(&self) -> BTreeSet<Atom> {
+        let truth = self.hardware.oracle();
+        let bodies: Vec<&BodyTruth> = truth.bodies.iter().collect();
+        let labels = self.labels.label.iter();
+        labels.flat_map(|label| label.facts(&bodies, &self.folder)).collect()
+    }
+}
+
+fn labels_path(folder: &DomainFolder) -> PathBuf {
+    folder.path.join("scenes").join("labels.toml")
+}
+
+fn read_labels(folder: &DomainFolder) -> Result<Labels, ConfigError> {
+    let path = labels_path(folder);
+    toml::from_str(&read_text(&path)?).map_err(|e| toml_error(&path, &e))
+}
+
+fn toml_error(path: &Path, error: &toml::de::Error) -> ConfigError {
+    ConfigError::Toml { path: path.display().to_string(), message: error.to_string() }
+}
+
+/// Renders and labels every scene in the domain's `scenes/exemplar/`.
+///
+/// # Errors
+/// [`ConfigError`] naming the file.
+pub fn label_scene(
+    config: &RunConfig,
+    folder: &DomainFolder,
+) -> Result<Vec<LabelledScene>, ConfigError> {
+    let mut labeller = Labeller::new(config, folder)?;
+    let mut labelled = Vec::new();
+    for (path, seed) in exemplar_scenes(folder)?.iter().zip(config.seed..) {
+        let look = labeller.look(path, seed, None)?;
+        let bad = |reason: &str| ConfigError::File {
+            path: path.display().to_string(),
+            reason: reason.to_owned(),
+        };
+        if look.n_hidden > 0 {
+            return Err(bad("an object is hidden"));
+        }
+        let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example");
+        labelled.push(look.written(name, folder).ok_or_else(|| bad("it cannot be written"))?);
+    }
+    Ok(labelled)
+}
+
+/// The scenes that a domain's labelled examples show, in order.
+///
+/// # Errors
+/// [`ConfigError::File`] when there is no such folder.
+pub fn exemplar_scenes(folder: &DomainFolder) -> Result<Vec<PathBuf>, ConfigError> {
+    scene_files(&folder.path.join("scenes").join("exemplar"))
+}
+
+impl<'a> Labeller<'a> {
+    /// For the simulator of a run file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn new(config: &RunConfig, folder: &'a DomainFolder) -> Result<Self, ConfigError> {
+        let table = config.sim.clone().unwrap_or_default();
+        let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, &e))?;
+        Ok(Self { folder, sim, labels: read_labels(folder)?, renderer: Renderer::new() })
+    }
+
+    /// Looks at the start of a scene, from the run file's viewpoint or another.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the scene file.
+    pub fn look(
+        &mut self,
+        path: &Path,
+        seed: u64,
+        from: Option<Viewpoint>,
+    ) -> Result<Look, ConfigError> {
+        let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
+        let world = World::new(&read_scene(path)?, &self.sim.world, seed)
+            .map_err(|e| bad(e.to_string()))?;
+        let mut camera = self.sim.camera.clone();
+        camera.light.seed = seed;
+        if let Some(Viewpoint { position_m, look_at_m }) = from {
+            (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
+        }
+        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
+        let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
+        shot.labelled(self.folder, &self.labels).ok_or_else(|| bad("no image".to_owned()))
+    }
+}
+
+fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, ConfigError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| ConfigError::File {
+        path: folder.display().to_string(),
+        reason: e.to_string(),
+    })?;
+    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut scenes: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    scenes.sort();
+    Ok(scenes)
+}
+
+/// One rendered scene.
+struct Shot {
+    frame: Frame,
+    model: CameraModel,
+    truth: Truth,
+}
+
+impl Shot {
+    fn labelled(self, folder: &DomainFolder, labels: &Labels) -> Option<Look> {
+        let Self { frame, model, truth } = self;
+        let (width, height) = (frame.width as usize, frame.height as usize);
+        let depth = DepthView::new(width, height, &frame.depth_m).ok()?;
+        let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
+        for (i, body) in truth.bodies.iter().enumerate() {
+            let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
+            let detection = visible(&frame, u16::try_from(i + 1).ok()?, body);
+            let volume = detection.as_ref().and_then(|d| volume_of(d, &depth, &model, spec.depth));
+            let (Some(detection), Some(measured)) = (detection, volume) else {
+                n_hidden += 1;
+                continue;
+            };
+            bodies.push(body);
+            objects.push(ObjectBox {
+                name: Name::new(&body.name),
+                type_name: detection.type_name,
+                pixel_box: detection.pixel_box,
+                volume: Some(measured.volume),
+                mask: Some(detection.mask.into()),
+            });
+        }
+        let facts = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
+        let image = RgbImage::from_raw(frame.width, frame.height, frame.rgb)?;
+        Some(Look { image, depth_m: frame.depth_m, model, objects, facts, n_hidden })
+    }
+}
+
+impl Look {
+    /// The objects as they are declared in a problem.
+    pub fn declared(&self) -> Vec<Typed> {
+        let objects = self.objects.iter();
+        objects.map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect()
+    }
+
+    fn written(self, name: &str, folder: &DomainFolder) -> Option<LabelledScene> {
+        let problem = Problem {
+            name: Name::new(name),
+            domain: folder.domain.name.clone(),
+            objects: self.declared(),
+            init: self.facts,
+            costs: BTreeMap::new(),
+            goal: Condition::True,
+            minimise_cost: false,
+        };
+        let objects = &self.objects;
+        let runs = |mask: &[RowRun]| -> Vec<[u32; 3]> {
+            mask.iter().map(|run| [run.y, run.x_start, run.x_end]).collect()
+        };
+        Some(LabelledScene {
+            name: name.to_owned(),
+            image: self.image,
+            boxes: lines(objects, |o| Some(<[f64; 4]>::from(o.pixel_box)))?,
+            masks: lines(objects, |o| o.mask.as_deref().map(runs))?,
+            volumes: lines(objects, |o| o.volume.as_ref().map(rounded))?,
+            state: print_problem(&problem),
+            n_objects: objects.len(),
+        })
+    }
+}
+
+/// One object to a line, in order of their names; those without the property are left out.
+fn lines<T: serde::Serialize>(
+    objects: &[ObjectBox],
+    property: impl Fn(&ObjectBox) -> Option<T>,
+) -> Option<String> {
+    let values = objects.iter().filter_map(|o| Some((o.name.as_str(), property(o)?)));
+    let line = |(name, value): (&str, T)| {
+        let (name, value) =
+            (serde_json::to_string(name).ok()?, serde_json::to_string(&value).ok()?);
+        Some(format!("  {name}: {value}"))
+    };
+    let values: BTreeMap<&str, T> = values.collect();
+    let lines: Option<Vec<String>> = values.into_iter().map(line).collect();
+    Some(format!("{{\n{}\n}}\n", lines?.join(",\n")))
+}
+
+/// A volume to a tenth of a millimetre.
+fn rounded(volume: &Volume) -> Volume {
+    let round = |v: f64| (v * 1e4).round() / 1e4;
+    Volume { centre: volume.centre.map(round), extent: volume.extent.map(round) }
+}
+
+/// The visible pixels of one instance, as a detector would find them; `None` without any.
+fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
+    let width = frame.width as usize;
+    let mut mask: Vec<RowRun> = Vec::new();
+    for (i, _) in frame.ids.iter().enumerate().filter(|(_, found)| **found == id) {
+        let (x, y) = (u32::try_from(i % width).ok()?, u32::try_from(i / width).ok()?);
+        match mask.last_mut() {
+            Some(run) if run.y == y && run.x_end == x => run.x_end += 1,
+            _ => mask.push(RowRun { y, x_start: x, x_end: x + 1 }),
+        }
+    }
+    let pixel_box = PixelBox {
+        x1: f64::from(mask.iter().map(|r| r.x_start).min()?),
+        y1: f64::from(mask.first()?.y),
+        x2: f64::from(mask.iter().map(|r| r.x_end).max()?),
+        y2: f64::from(mask.last()?.y + 1),
+    };
+    let type_name = Name::new(body.kind);
+    Some(Detection { name: None, label: type_name.clone(), type_name, pixel_box, score: 1.0, mask })
+}
+
+impl Label {
+    /// The facts of this predicate over bodies of the types that it wants.
+    fn facts(&self, bodies: &[&BodyTruth], folder: &DomainFolder) -> Vec<Atom> {
+        let domain = &folder.domain;
+        let Some(signature) = domain.predicate(self.predicate.as_str()) else { return Vec::new() };
+        let [first, second] = signature.params.as_slice() else { return Vec::new() };
+        let fits = |body: &BodyTruth, param: &Typed| {
+            domain.types.fits(&[Name::new(body.kind)], &param.types)
+        };
+        let mut facts = Vec::new();
+        for a in bodies.iter().filter(|body| fits(body, first)) {
+            for b in bodies.iter().filter(|body| fits(body, second) && body.name != a.name) {
+                if self.relation.holds(a, b) {
+                    facts.push(Atom {
+                        predicate: self.predicate.clone(),
+                        args: vec![Name::new(&a.name), Name::new(&b.name)],
+                    });
+                }
+            }
+        }
+        facts
+    }
+}
+
+impl Relation {
+    fn holds(self, a: &BodyTruth, b: &BodyTruth) -> bool {
+        match self {
+            Self::RestsOn => a.on.as_ref() == Some(&b.name),
+            Self::Around => a.peg.as_ref() == Some(&b.name),
+            Self::Narrower => a.size_m.x < b.size_m.x,
+        }
+    }
+}

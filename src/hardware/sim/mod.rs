@@ -1,0 +1,10 @@
+//! The simulated world as a camera, a robot, an oracle and a labeller.
+
+mod robot;
+mod faults;
+mod camera;
+mod labels;
+
+pub use camera::{SimCamera, model_of};
+pub use labels::{LabelledScene, Labeller, Look, Oracle, Viewpoint, exemplar_scenes, label_scene};
+pub use robot::{SimConfig, SimHardware, read_scene};

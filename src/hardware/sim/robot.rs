@@ -1,0 +1,303 @@
+//! The simulated gripper, and the world that it shares with the simulated camera.
+//!
+//! Only this file, its faults and `cameras/sim.rs` know the simulator: together they play the hardware.
+//! The world outlives the actors that show it.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use groundloop_sim::{CameraSpec, GripperCommand, SceneSpec, World, WorldConfig};
+use serde::Deserialize;
+use tokio::sync::watch;
+
+use super::faults::FaultSchedule;
+use crate::clock::{ClockKind, monotonic_ns};
+use crate::hardware::{Arm, Robot, Sequencer, Target};
+use crate::messages::{Command, CommandKind, RobotState, Status, StatusKind};
+use crate::run::{ConfigError, DomainFolder, RunConfig, read_text};
+
+/// Control periods per second of the simulated robot.
+const CONTROL_HZ: u64 = 120;
+/// Speed that is reported for the tool at rest, and used for going back to where it is.
+const HOLD_SPEED_M_S: f64 = 0.5;
+
+/// `[sim]` of a run file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimConfig {
+    /// Scene file, below the domain's folder.
+    pub scene: String,
+    /// The simulated camera.
+    pub camera: CameraSpec,
+    /// What the world is made of.
+    pub world: WorldConfig,
+}
+
+/// The simulated world as its actors share it.
+#[derive(Clone)]
+pub struct SimHardware {
+    shared: Arc<Mutex<Hardware>>,
+    /// How many frames may have been captured (lockstep).
+    released: watch::Sender<u64>,
+    /// The camera.
+    pub camera: CameraSpec,
+    /// Frame period.
+    pub frame_ns: u64,
+    /// Which clock drives the world.
+    pub clock: ClockKind,
+    seed: u64,
+}
+
+impl std::fmt::Debug for SimHardware {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SimHardware").field("seed", &self.seed).finish_non_exhaustive()
+    }
+}
+
+/// Everything that must survive a restart of the actors.
+struct Hardware {
+    world: World,
+    sequencer: Sequencer,
+    faults: FaultSchedule,
+    /// The frame that waits for an answer (lockstep).
+    frame: u64,
+    answered: Option<u64>,
+    n_states: u64,
+    n_statuses: u64,
+    pending: Vec<Status>,
+    /// Monotonic clock at simulated time zero (realtime).
+    epoch_ns: Option<u64>,
+    clock: ClockKind,
+}
+
+impl SimHardware {
+    /// Builds the world of a run file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the key, the scene file and the body.
+    pub fn build(config: &RunConfig, folder: &DomainFolder) -> Result<Self, ConfigError> {
+        let origin = config.origin.display().to_string();
+        let table = config.sim.clone().unwrap_or_default();
+        let sim: SimConfig = table.try_into().map_err(|e: toml::de::Error| ConfigError::Toml {
+            path: origin.clone(),
+            message: format!("[sim]: {e}"),
+        })?;
+        let bad = |key: &str, expected: &str, got: String| ConfigError::Value {
+            key: key.to_owned(),
+            expected: expected.to_owned(),
+            got,
+        };
+        sim.camera.check().map_err(|e| bad("sim.camera", "a sound camera", e.to_string()))?;
+        let mut camera = sim.camera;
+        camera.light.seed = config.seed;
+        let scene = read_scene(&folder.path.join(&sim.scene))?;
+        let world = World::new(&scene, &sim.world, config.seed)
+            .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
+        let faults = FaultSchedule::new(&config.fault)
+            .map_err(|e| bad("fault.action", "a fault that the simulator knows", e))?;
+        let hardware = Hardware {
+            world,
+            sequencer: Sequencer::default(),
+            faults,
+            frame: 0,
+            answered: None,
+            n_states: 0,
+            n_statuses: 0,
+            pending: Vec::new(),
+            epoch_ns: None,
+            clock: config.clock,
+        };
+        Ok(Self {
+            shared: Arc::new(Mutex::new(hardware)),
+            released: watch::Sender::new(0),
+            camera,
+            frame_ns: (1e9 / config.camera.rate_hz) as u64,
+            clock: config.clock,
+            seed: config.seed,
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Hardware> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at the world; returns its time with what `look` makes of it. In lockstep that is the
+    /// time of the frame that waits for an answer; otherwise the monotonic clock.
+    pub fn look<T>(&self, look: impl FnOnce(&World) -> T) -> (u64, T) {
+        let hardware = self.lock();
+        (hardware.run_time_ns(), look(&hardware.world))
+    }
+
+    /// Tells how many frames may have been captured (lockstep).
+    pub fn released(&self) -> watch::Receiver<u64> {
+        self.released.subscribe()
+    }
+
+    /// Seed of the noise in one frame.
+    pub fn frame_seed(&self, sequence: u64) -> u64 {
+        self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(sequence)
+    }
+
+    /// What really is, for scoring after the episode; nothing in the loop may ask.
+    pub fn oracle(&self) -> groundloop_sim::Truth {
+        self.lock().world.truth()
+    }
+
+    /// The robot of this world.
+    pub fn robot(&self) -> Box<dyn Robot> {
+        Box::new(SimRobot(self.clone()))
+    }
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// [`ConfigError`] naming file and line.
+pub fn read_scene(path: &Path) -> Result<SceneSpec, ConfigError> {
+    let text = read_text(path)?;
+    toml::from_str(&text)
+        .map_err(|e| ConfigError::Toml { path: path.display().to_string(), message: e.to_string() })
+}
+
+impl Hardware {
+    fn run_time_ns(&self) -> u64 {
+        match self.clock {
+            ClockKind::Lockstep => self.world.time_ns(),
+            ClockKind::Realtime => monotonic_ns(),
+        }
+    }
+
+    fn say(&mut self, command_id: u64, kind: StatusKind) {
+        let (sequence, capture_ns) = (self.n_statuses, self.run_time_ns());
+        self.n_statuses += 1;
+        self.pending.push(Status { sequence, capture_ns, command_id, kind });
+    }
+
+    fn obey(&mut self, command: &Command) {
+        let said = self.sequencer.accept(command.id, &command.kind, &mut SimArm(&mut self.world));
+        if matches!(command.kind, CommandKind::Start(_)) && said == Some(StatusKind::Accepted) {
+            self.faults.started(&command.label, self.world.time_ns());
+        }
+        if let Some(kind) = said {
+            self.say(command.id, kind);
+        }
+    }
+
+    /// Lets the world go on until `time_ns`, one control period after the other.
+    fn advance(&mut self, time_ns: u64) {
+        let period_ns = 1_000_000_000 / CONTROL_HZ;
+        while self.world.time_ns() < time_ns {
+            let next_ns = (self.world.time_ns() + period_ns).min(time_ns);
+            let before_ns = self.world.time_ns();
+            self.world.advance_to(next_ns);
+            for fault in self.faults.due(self.world.time_ns()) {
+                match self.world.apply_fault(&fault) {
+                    Ok(done) => tracing::info!(target: "fault", "{done}"),
+                    Err(error) => tracing::warn!(target: "fault", %error, "not applied"),
+                }
+            }
+            if let Some((id, kind)) = self.sequencer.tick(&mut SimArm(&mut self.world)) {
+                self.say(id, kind);
+            }
+            if self.world.time_ns() == before_ns {
+                return; // less than one physics step is left
+            }
+        }
+    }
+}
+
+/// The simulated gripper, as the robot actor hosts it.
+struct SimRobot(SimHardware);
+
+impl Robot for SimRobot {
+    fn period(&self) -> Option<Duration> {
+        match self.0.clock {
+            ClockKind::Lockstep => None,
+            ClockKind::Realtime => Some(Duration::from_nanos(1_000_000_000 / CONTROL_HZ)),
+        }
+    }
+
+    fn accept(&mut self, command: &Command) {
+        let frame_ns = self.0.frame_ns;
+        let mut hardware = self.0.lock();
+        if hardware.clock == ClockKind::Realtime {
+            hardware.obey(command);
+            return;
+        }
+        if command.frame_sequence != hardware.frame {
+            return; // answered before a restart
+        }
+        hardware.obey(command);
+        hardware.answered = Some(hardware.frame);
+        hardware.frame += 1;
+        let until_ns = hardware.frame * frame_ns;
+        hardware.advance(until_ns);
+    }
+
+    fn tick(&mut self) {
+        let mut hardware = self.0.lock();
+        let now_ns = monotonic_ns();
+        let epoch_ns = *hardware.epoch_ns.get_or_insert(now_ns);
+        hardware.advance(now_ns - epoch_ns);
+    }
+
+    fn state(&self) -> (u64, RobotState) {
+        let hardware = self.0.lock();
+        let gripper = hardware.world.gripper();
+        let state = RobotState {
+            capture_ns: hardware.run_time_ns(),
+            position: gripper.position,
+            yaw_rad: gripper.yaw_rad,
+            opening_m: gripper.opening_m,
+            holding: gripper.holding,
+            command_id: hardware.sequencer.command_id(),
+            phase: hardware.sequencer.phase(),
+            answered: hardware.answered,
+        };
+        (hardware.n_states, state)
+    }
+
+    fn pending(&self) -> Vec<Status> {
+        self.0.lock().pending.clone()
+    }
+
+    fn published(&mut self) {
+        let frame = {
+            let mut hardware = self.0.lock();
+            hardware.pending.clear();
+            hardware.n_states += 1;
+            hardware.frame
+        };
+        self.0.released.send_replace(frame + 1);
+    }
+}
+
+/// The gripper of a world.
+struct SimArm<'a>(&'a mut World);
+
+impl Arm for SimArm<'_> {
+    fn go(&mut self, target: Target) -> Result<(), String> {
+        let Target { position, yaw_rad, opening_m, speed_m_s } = target;
+        let command = GripperCommand { position, yaw_rad, opening_m, speed_m_s };
+        self.0.command(&command).map_err(|e| e.to_string())
+    }
+
+    fn has_arrived(&self) -> bool {
+        self.0.gripper().at_target
+    }
+
+    fn is_holding(&self) -> bool {
+        self.0.gripper().holding
+    }
+
+    fn tool(&self) -> Target {
+        let gripper = self.0.gripper();
+        Target {
+            position: gripper.position,
+            yaw_rad: gripper.yaw_rad,
+            opening_m: if gripper.holding { 0.0 } else { gripper.opening_m },
+            speed_m_s: HOLD_SPEED_M_S,
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Variables of conditions: which are free, and how they are replaced.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Bindings;
+use crate::pddl::{Condition, Literal, Name, Term, Typed};
+
+/// The condition with its free variables replaced by the objects that they are bound to.
+pub fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {
+    let terms = bindings.iter().map(|(name, object)| (name.clone(), Term::Object(object.clone())));
+    replaced(condition, &terms.collect())
+}
+
+/// The condition with free variables replaced by terms. A variable among those terms must have a
+/// name that no quantifier of the condition binds.
+pub(super) fn replaced(condition: &Condition, terms: &BTreeMap<Name, Term>) -> Condition {
+    let of = |inner: &Condition| replaced(inner, terms);
+    let below = |variables: &[Typed], inner: &Condition| {
+        let mut visible = terms.clone();
+        visible.retain(|name, _| variables.iter().all(|v| v.name != *name));
+        Box::new(replaced(inner, &visible))
+    };
+    match condition {
+        Condition::True => Condition::True,
+        Condition::False => Condition::False,
+        Condition::Atom(literal) => Condition::Atom(replaced_in_literal(literal, terms)),
+        Condition::Equal(a, b) => {
+            Condition::Equal(replaced_in_term(a, terms), replaced_in_term(b, terms))
+        }
+        Condition::Not(inner) => Condition::Not(Box::new(of(inner))),
+        Condition::And(parts) => Condition::And(parts.iter().map(of).collect()),
+        Condition::Or(parts) => Condition::Or(parts.iter().map(of).collect()),
+        Condition::Exists(vars, inner) => Condition::Exists(vars.clone(), below(vars, inner)),
+        Condition::Forall(vars, inner) => Condition::Forall(vars.clone(), below(vars, inner)),
+    }
+}
+
+/// The literal with variables replaced by terms.
+pub(super) fn replaced_in_literal(literal: &Literal, terms: &BTreeMap<Name, Term>) -> Literal {
+    let args = literal.args.iter().map(|term| replaced_in_term(term, terms)).collect();
+    Literal { predicate: literal.predicate.clone(), args }
+}
+
+fn replaced_in_term(term: &Term, terms: &BTreeMap<Name, Term>) -> Term {
+    match term {
+        Term::Var(name) => terms.get(name).unwrap_or(term).clone(),
+        Term::Object(_) => term.clone(),
+    }
+}
+
+/// Collects the variables that a condition needs from outside.
+pub(super) fn free_variables(condition: &Condition, free: &mut BTreeSet<Name>) {
+    let mut add = |term: &Term| {
+        if let Term::Var(name) = term {
+            free.insert(name.clone());
+        }
+    };
+    match condition {
+        Condition::True | Condition::False => {}
+        Condition::Atom(literal) => literal.args.iter().for_each(add),
+        Condition::Equal(left, right) => {
+            add(left);
+            add(right);
+        }
+        Condition::Not(inner) => free_variables(inner, free),
+        Condition::And(parts) | Condition::Or(parts) => {
+            for part in parts {
+                free_variables(part, free);
+            }
+        }
+        Condition::Exists(variables, inner) | Condition::Forall(variables, inner) => {
+            let mut inside = BTreeSet::new();
+            free_variables(inner, &mut inside);
+            inside.retain(|name| variables.iter().all(|v| v.name != *name));
+            free.extend(inside);
+        }
+    }
+}

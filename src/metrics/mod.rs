@@ -1,0 +1,11 @@
+//! Figures of an episode: its result, latencies, and the decision hash.
+
+mod latency;
+mod decision_hash;
+mod tally;
+mod report;
+
+pub use decision_hash::{DecisionHash, FORMAT as DECISIONS_FORMAT, encode as encode_decision};
+pub use latency::{Latency, Quantiles};
+pub use report::{EpisodeReport, Latencies};
+pub use tally::{EpisodeEnd, Tally};

@@ -1,0 +1,236 @@
+//! Cleaned colour masks to regions of the outline that a type declares.
+
+use super::bitmask::BitMask;
+use super::regions::{Region, regions};
+use crate::geometry::PixelBox;
+use crate::perception::model::{Appearance, Shape};
+
+/// Labelled objects bound the sizes to look for: down to this share of the smallest.
+const SIZE_SHARE_MIN: f64 = 0.3;
+/// And up to this multiple of the largest.
+const SIZE_MULTIPLE_MAX: f64 = 3.0;
+
+/// A patch this much higher than the highest labelled object may be two that touch.
+const DOUBLE_HEIGHT: f64 = 1.2;
+
+/// An outline draws in by at least this many pixels between two bodies.
+const WAIST_PIXELS_MIN: f64 = 2.0;
+
+/// What is left of a base's blurred edge, in pixels.
+const BASE_MARGIN: usize = 2;
+
+/// Sizes of objects of one type, in some unit of length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sizes {
+    /// Least and greatest width.
+    pub(super) width: [f64; 2],
+    /// Least and greatest height.
+    pub(super) height: [f64; 2],
+}
+
+impl Sizes {
+    /// Multiplied by a factor.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self { width: self.width.map(|v| v * factor), height: self.height.map(|v| v * factor) }
+    }
+
+    /// The smallest range that contains both.
+    pub(super) fn widened(self, other: Self) -> Self {
+        let hull = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        Self { width: hull(self.width, other.width), height: hull(self.height, other.height) }
+    }
+}
+
+/// How large the visible part of an object of one type may be, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SizeLimits {
+    accepted: Sizes,
+    /// Heights of the lowest and the highest labelled object.
+    labelled: Option<[f64; 2]>,
+}
+
+impl SizeLimits {
+    /// The declared limits for an image of `image_height` rows, narrowed to sizes like those of
+    /// labelled objects (shares of the image height).
+    ///
+    /// A post's height is not narrowed from below: what stands in front of it can hide almost
+    /// all of it.
+    pub(super) fn new(spec: &Appearance, labelled: Option<Sizes>, image_height: usize) -> Self {
+        let declared = Sizes { width: spec.width, height: spec.height };
+        let declared = declared.scaled(image_height as f64);
+        let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
+            return Self { accepted: declared, labelled: None };
+        };
+        let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
+            let low = declared[0].max(least * SIZE_SHARE_MIN);
+            let high = declared[1].min(greatest * SIZE_MULTIPLE_MAX);
+            if low <= high { [low, high] } else { declared }
+        };
+        let width = meet(declared.width, labelled.width);
+        let least_height = match spec.shape {
+            Shape::Patch { .. } => labelled.height[0],
+            Shape::Post { .. } => 0.0,
+        };
+        let height = meet(declared.height, [least_height, labelled.height[1]]);
+        Self { accepted: Sizes { width, height }, labelled: Some(labelled.height) }
+    }
+
+    /// Height of the lowest labelled object.
+    pub(super) fn lowest(&self) -> Option<f64> {
+        self.labelled.map(|[lowest, _]| lowest)
+    }
+
+    fn contain(&self, b: &PixelBox) -> bool {
+        let within = |v: f64, [low, high]: [f64; 2]| low <= v && v <= high;
+        within(b.width(), self.accepted.width) && within(b.height(), self.accepted.height)
+    }
+}
+
+/// Finds the regions of one colour that look like objects of one type.
+pub(super) fn find(mask: &BitMask, spec: &Appearance, limits: &SizeLimits) -> Vec<Region> {
+    let pixels = |share: f64| (share * mask.height() as f64).round().max(1.0) as usize;
+    let [open_x, open_y] = spec.open.map(pixels);
+    let [close_x, close_y] = spec.close.map(pixels);
+    let mask = mask.open(open_x, open_y).close(close_x, close_y);
+    let found = match spec.shape {
+        Shape::Patch { split_waists: false } => regions(&mask),
+        Shape::Patch { split_waists: true } => {
+            regions(&mask).into_iter().flat_map(|r| split_at_waists(r, limits)).collect()
+        }
+        Shape::Post { base_width_min } => {
+            let base = mask.open(pixels(base_width_min), 1);
+            let standing = mask.without(&base.grow(BASE_MARGIN, BASE_MARGIN)).open(open_x, open_y);
+            // Pieces of a base that something in front cuts up hardly rise above it.
+            let base_top = regions(&base).first().map_or(f64::INFINITY, |r| r.pixel_box().y1);
+            let least = limits.accepted.height[0];
+            let rises = |b: PixelBox| b.height() > b.width() && b.y1 + least <= base_top;
+            let pieces = regions(&standing).into_iter().filter(|r| rises(r.pixel_box()));
+            join_columns(pieces.collect())
+        }
+    };
+    found.into_iter().filter(|region| fits(region, spec, limits)).collect()
+}
+
+fn fits(region: &Region, spec: &Appearance, limits: &SizeLimits) -> bool {
+    let b = region.pixel_box();
+    let aspect = b.width() / b.height();
+    limits.contain(&b)
+        && spec.aspect[0] <= aspect
+        && aspect <= spec.aspect[1]
+        && region.area() as f64 >= spec.fill_min * b.area()
+}
+
+/// Joins pieces that stand in one column: a bar with something in front of its middle.
+fn join_columns(pieces: Vec<Region>) -> Vec<Region> {
+    let mut joined: Vec<Region> = Vec::new();
+    for piece in pieces {
+        let b = piece.pixel_box();
+        let same_column = |other: &Region| {
+            let o = other.pixel_box();
+            let common = o.x2.min(b.x2) - o.x1.max(b.x1);
+            common > 0.5 * o.width().min(b.width())
+        };
+        match joined.iter().position(same_column) {
+            Some(i) => {
+                let other = joined.remove(i);
+                joined.push(other.joined(piece));
+            }
+            None => joined.push(piece),
+        }
+    }
+    joined
+}
+
+/// Cuts a region that is higher than any labelled object where both sides of its outline draw in:
+/// two round bodies of one colour, one upon the other. Without labelled objects nothing is cut.
+fn split_at_waists(region: Region, limits: &SizeLimits) -> Vec<Region> {
+    let too_high =
+        |r: &Region| limits.labelled.is_some_and(|l| r.pixel_box().height() > DOUBLE_HEIGHT * l[1]);
+    let part_min = limits.accepted.height[0].ceil().max(1.0) as usize;
+    let mut parts = Vec::new();
+    let mut rest = vec![region];
+    while let Some(region) = rest.pop() {
+        let waist = if too_high(&region) { waist(&region.row_extents(), part_min) } else { None };
+        match waist {
+            Some(row) => {
+                let first = region.runs.first().map_or(0, |r| r.y);
+                rest.extend(region.cut_above(first + row as u32));
+            }
+            None => parts.push(region),
+        }
+    }
+    parts
+}
+
+/// The row in which both sides of the outline lie farthest inside their convex hulls, counting the
+/// shallower side; `None` when that is not far. Both parts have at least `part_min` rows.
+fn waist(rows: &[Option<[u32; 2]>], part_min: usize) -> Option<usize> {
+    let side = |of: fn([u32; 2]) -> f64| -> Vec<f64> {
+        let reach: Vec<f64> = rows.iter().map(|r| r.map_or(f64::NEG_INFINITY, of)).collect();
+        below_hull(&reach)
+    };
+    let left = side(|[x1, _]| -f64::from(x1));
+    let right = side(|[_, x2]| f64::from(x2));
+    let depths = left.iter().zip(&right).map(|(l, r)| l.min(*r)).enumerate();
+    let inner =
+        depths.filter(|(i, _)| (part_min..=rows.len().saturating_sub(part_min)).contains(i));
+    let deepest = inner.max_by(|a, b| a.1.total_cmp(&b.1));
+    deepest.filter(|(_, depth)| *depth >= WAIST_PIXELS_MIN).map(|(i, _)| i)
+}
+
+/// How far each value lies below the upper convex hull of all, the index being the abscissa.
+fn below_hull(values: &[f64]) -> Vec<f64> {
+    let mut hull: Vec<usize> = Vec::new();
+    let slope = |i: usize, j: usize| (values[j] - values[i]) / (j - i) as f64;
+    for (i, value) in values.iter().enumerate() {
+        if !value.is_finite() {
+            continue;
+        }
+        while let [.., a, b] = hull.as_slice() {
+            if slope(*a, *b) > slope(*b, i) {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(i);
+    }
+    let mut depths = vec![f64::INFINITY; values.len()]; // an empty row is as deep as can be
+    for pair in hull.windows(2) {
+        for i in pair[0]..=pair[1] {
+            let on_hull = values[pair[0]] + slope(pair[0], pair[1]) * (i - pair[0]) as f64;
+            depths[i] = on_hull - values[i];
+        }
+    }
+    depths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows_of(widths: &[u32]) -> Vec<Option<[u32; 2]>> {
+        widths.iter().map(|w| Some([50 - w, 50 + w])).collect()
+    }
+
+    #[test]
+    fn two_bulges_have_a_waist_and_one_has_none() {
+        let one = [12, 18, 20, 21, 21, 20, 18];
+        let two = [12, 18, 20, 20, 18, 17, 26, 30, 31, 31, 28];
+        assert_eq!(waist(&rows_of(&one), 2), None);
+        assert_eq!(waist(&rows_of(&two), 2), Some(5));
+    }
+
+    #[test]
+    fn a_notch_on_one_side_is_no_waist() {
+        let mut rows = rows_of(&[20; 9]);
+        rows[4] = Some([40, 70]);
+        assert_eq!(waist(&rows, 2), None);
+    }
+
+    #[test]
+    fn an_empty_row_is_a_waist() {
+        let mut rows = rows_of(&[20; 9]);
+        rows[4] = None;
+        assert_eq!(waist(&rows, 2), Some(4));
+    }
+}

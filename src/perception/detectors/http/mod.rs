@@ -1,0 +1,350 @@
+//! Detectors behind HTTP: an open-vocabulary model is asked for the prompts of the domain's types,
+//! and then for the phrases of the goal.
+//!
+//! Each dialect is one file that writes requests and reads replies; everything else is the same
+//! for all: boxes become left, top, right and bottom edge by the dialect's own convention, labels
+//! become types by the prompt that was asked for, and what does not fit is dropped and counted.
+
+mod convention;
+mod image;
+mod labels;
+mod dinox;
+mod hugging_face;
+mod roboflow;
+
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::boxes::clipped;
+use super::looks::Looks;
+use super::{Detector, DetectorError, DetectorSettings};
+use crate::geometry::PixelBox;
+use crate::http::{Client, Patience, Reply, Request, shown_url};
+use crate::perception::model::{ObjectBox, TypeSpec};
+use crate::perception::phrases::phrase_of_name;
+use crate::perception::{Detection, ImageView, PhraseBox, Sighted};
+use convention::Convention;
+use image::Encoding;
+use labels::query_of;
+
+/// Most characters of a service's message that an error repeats.
+const MESSAGE_CHARS_MAX: usize = 300;
+
+/// `[perception.options]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    /// How the service speaks.
+    dialect: Dialect,
+    /// Where it is; without it, where the dialect's service usually is.
+    url: Option<String>,
+    /// The environment variable with the key, where the service wants one.
+    key_env: Option<String>,
+    /// The model, where the service has several.
+    model: Option<String>,
+    /// Least score of a box.
+    #[serde(default = "score_min")]
+    score_min: f64,
+    /// Boxes of one type that overlap more (intersection over union) are one object.
+    #[serde(default = "duplicate_iou")]
+    duplicate_iou: f64,
+    /// How frames are sent.
+    #[serde(default)]
+    image: Encoding,
+    /// How a task is waited for, where the dialect has tasks.
+    #[serde(default)]
+    poll: Poll,
+    /// Bounds of each request.
+    #[serde(default)]
+    patience: Patience,
+}
+
+/// `[perception.options.poll]`. Every key may be left out.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Poll {
+    /// Pause between two questions, milliseconds; 1000 without the key, as the vendor's client has.
+    interval_ms: u64,
+    /// Most questions; 60 without the key, as the vendor's client has.
+    polls_max: u32,
+}
+
+impl Default for Poll {
+    fn default() -> Self {
+        Self { interval_ms: 1_000, polls_max: 60 }
+    }
+}
+
+/// The vendors' usual threshold.
+fn score_min() -> f64 {
+    0.25
+}
+
+/// Two objects of one type that hide each other so far are hardly told apart by any detector.
+fn duplicate_iou() -> f64 {
+    0.8
+}
+
+/// How a service speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Dialect {
+    DinoX,
+    HuggingFace,
+    Roboflow,
+}
+
+/// What a service is asked, whatever its dialect.
+struct Ask<'a> {
+    url: &'a str,
+    key: Option<&'a str>,
+    model: Option<&'a str>,
+    /// Base64.
+    image: &'a str,
+    mime: &'a str,
+    queries: &'a [String],
+    score_min: f64,
+}
+
+/// What a service answers, whatever its dialect.
+struct Answer {
+    /// Each box, or what is wrong with it.
+    boxes: Vec<Result<RawBox, String>>,
+    convention: Convention,
+}
+
+/// One box as the service wrote it.
+struct RawBox {
+    label: String,
+    score: f64,
+    numbers: [f64; 4],
+}
+
+impl RawBox {
+    /// Reads a box; one without a score counts fully.
+    fn read(
+        object: &Value,
+        label: &str,
+        score: &str,
+        numbers: impl Fn(&Value) -> Option<[f64; 4]>,
+    ) -> Result<Self, String> {
+        let text = object.get(label).and_then(Value::as_str);
+        let text = text.ok_or_else(|| format!("{label}: expected a text"))?;
+        let numbers = numbers(object).ok_or("its box: expected four numbers")?;
+        let score = match object.get(score) {
+            None | Some(Value::Null) => 1.0,
+            Some(value) => value.as_f64().ok_or_else(|| format!("{score}: expected a number"))?,
+        };
+        Ok(Self { label: text.to_owned(), score: score.clamp(0.0, 1.0), numbers })
+    }
+}
+
+/// Asks a service.
+struct HttpDetector {
+    options: Options,
+    url: String,
+    key: Option<String>,
+    client: Client,
+    looks: Looks,
+    /// What each type is asked for, in the order of the perception file.
+    prompts: Vec<String>,
+}
+
+/// The entry for the table of detectors.
+pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
+    let options: Options = settings.options()?;
+    for (option, share) in
+        [("score_min", options.score_min), ("duplicate_iou", options.duplicate_iou)]
+    {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(DetectorError::option(option, "a share in 0..=1", share.to_string()));
+        }
+    }
+    let url = match (&options.url, options.dialect) {
+        (Some(url), _) => url.trim_end_matches('/').to_owned(),
+        (None, Dialect::DinoX) => dinox::URL.to_owned(),
+        (None, Dialect::Roboflow) => roboflow::URL.to_owned(),
+        (None, Dialect::HuggingFace) => {
+            let expected = "the address of an endpoint: every model has its own";
+            return Err(DetectorError::option("url", expected, "none"));
+        }
+    };
+    let key = options.key_env.as_deref().map(|name| {
+        (settings.environment)(name).filter(|key| !key.is_empty()).ok_or_else(|| {
+            let expected = "the name of an environment variable with a key";
+            DetectorError::option("key_env", expected, format!("{name}, which is not set"))
+        })
+    });
+    let prompts: Vec<String> = settings.perception.types.iter().map(prompt_of).collect();
+    if let Some((i, prompt)) = prompts.iter().enumerate().find(|(i, p)| prompts[..*i].contains(p)) {
+        let type_name = &settings.perception.types[i].name;
+        return Err(DetectorError::File {
+            file: "perception.toml".to_owned(),
+            message: format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}"),
+        });
+    }
+    let (client, looks) = (Client::new(&options.patience)?, Looks::new(settings.perception)?);
+    Ok(Box::new(HttpDetector { key: key.transpose()?, options, url, client, looks, prompts }))
+}
+
+fn prompt_of(spec: &TypeSpec) -> String {
+    spec.prompt.clone().unwrap_or_else(|| phrase_of_name(&spec.name))
+}
+
+impl Detector for HttpDetector {
+    fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError> {
+        self.looks.learn(image, objects);
+        Ok(())
+    }
+
+    fn detect(
+        &mut self,
+        image: &ImageView<'_>,
+        phrases: &[String],
+    ) -> Result<Sighted, DetectorError> {
+        let fault = |e: ::image::ImageError| self.reply_error(&e.to_string());
+        let text = self.options.image.base64(image).map_err(fault)?;
+        let found = self.boxes(image, &text, &self.prompts)?;
+        let types = &self.looks.perception().types;
+        let objects: Vec<Detection> = found
+            .into_iter()
+            .filter_map(|Found { query_idx, pixel_box, score }| {
+                Some(self.looks.detection(image, types.get(query_idx)?, (pixel_box, score)))
+            })
+            .collect();
+        let objects = self.looks.sorted(objects, self.options.duplicate_iou);
+        let places = self.boxes(image, &text, phrases)?.into_iter();
+        let phrases = places.filter_map(|Found { query_idx, pixel_box, score }| {
+            Some(PhraseBox { phrase: phrases.get(query_idx)?.clone(), pixel_box, score })
+        });
+        Ok(Sighted { objects, phrases: phrases.collect() })
+    }
+
+    /// A service is not asked about an example: the first frame is soon enough.
+    fn warm_up(&mut self, _: &ImageView<'_>) -> Result<(), DetectorError> {
+        Ok(())
+    }
+
+    fn is_slow(&self) -> bool {
+        true
+    }
+}
+
+/// One usable box.
+struct Found {
+    query_idx: usize,
+    pixel_box: PixelBox,
+    score: f32,
+}
+
+impl HttpDetector {
+    /// Where the service sees what it is asked for.
+    fn boxes(
+        &self,
+        image: &ImageView<'_>,
+        text: &str,
+        queries: &[String],
+    ) -> Result<Vec<Found>, DetectorError> {
+        if queries.is_empty() {
+            return Ok(Vec::new());
+        }
+        let answer = self.ask(&Ask {
+            url: &self.url,
+            key: self.key.as_deref(),
+            model: self.options.model.as_deref(),
+            image: text,
+            mime: self.options.image.mime(),
+            queries,
+            score_min: self.options.score_min,
+        })?;
+        let (mut found, mut n_dropped) = (Vec::new(), 0);
+        for raw in answer.boxes {
+            match self.usable(raw, answer.convention, image, queries) {
+                Ok(Some(usable)) => found.push(usable),
+                Ok(None) => {}
+                Err(reason) => {
+                    n_dropped += 1;
+                    tracing::debug!(reason, "a box of the service is not used");
+                }
+            }
+        }
+        tracing::debug!(n_found = found.len(), n_dropped, "the service has answered");
+        Ok(found)
+    }
+
+    /// One box checked; `None` when its score is too low.
+    fn usable(
+        &self,
+        raw: Result<RawBox, String>,
+        convention: Convention,
+        image: &ImageView<'_>,
+        queries: &[String],
+    ) -> Result<Option<Found>, String> {
+        let RawBox { label, score, numbers } = raw?;
+        if score < self.options.score_min {
+            return Ok(None);
+        }
+        let query_idx = query_of(&label, queries)
+            .ok_or_else(|| format!("{label:?} is not what was asked for"))?;
+        let pixel_box = clipped(convention.corners(numbers), image)
+            .map_err(|reason| format!("{label:?}: a box {reason}: {numbers:?}"))?;
+        Ok(Some(Found { query_idx, pixel_box, score: score as f32 }))
+    }
+
+    fn ask(&self, ask: &Ask<'_>) -> Result<Answer, DetectorError> {
+        let read = |answer: Result<Answer, String>| answer.map_err(|e| self.reply_error(&e));
+        match self.options.dialect {
+            Dialect::HuggingFace => {
+                read(hugging_face::answer(&self.send(&hugging_face::request(ask))?.body))
+            }
+            Dialect::Roboflow => read(roboflow::answer(&self.send(&roboflow::request(ask))?.body)),
+            Dialect::DinoX => {
+                let task = dinox::task(&self.send(&dinox::request(ask))?.body);
+                self.poll(&task.map_err(|e| self.reply_error(&e))?)
+            }
+        }
+    }
+
+    /// Asks for a task until it is done.
+    fn poll(&self, uuid: &str) -> Result<Answer, DetectorError> {
+        let Poll { interval_ms, polls_max } = self.options.poll;
+        let request = dinox::status_request(&self.url, uuid, self.key.as_deref());
+        for _ in 0..polls_max {
+            let reply = self.send(&request)?;
+            match dinox::status(&reply.body).map_err(|e| self.reply_error(&e))? {
+                Some(answer) => return Ok(answer),
+                None => std::thread::sleep(Duration::from_millis(interval_ms)),
+            }
+        }
+        Err(DetectorError::Missing {
+            what: format!("the result of {}", shown_url(&self.url)),
+            how: format!(
+                "it was not there after {polls_max} questions, {interval_ms} ms apart; raise \
+                 perception.options.poll.polls_max or interval_ms"
+            ),
+        })
+    }
+
+    fn send(&self, request: &Request) -> Result<Reply, DetectorError> {
+        self.client.send(request).map_err(|error| match &self.options.key_env {
+            Some(name) if error.is_unauthorised() => DetectorError::option(
+                "key_env",
+                "the name of an environment variable with a key that the service takes",
+                format!("{name} ({error})"),
+            ),
+            None if error.is_unauthorised() => DetectorError::option(
+                "key_env",
+                "the name of an environment variable with a key, since the service wants one",
+                format!("none ({error})"),
+            ),
+            Some(_) | None => DetectorError::from(error),
+        })
+    }
+
+    fn reply_error(&self, message: &str) -> DetectorError {
+        let message = message.chars().take(2 * MESSAGE_CHARS_MAX).collect();
+        DetectorError::Reply { url: shown_url(&self.url), message }
+    }
+}

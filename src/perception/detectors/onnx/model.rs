@@ -1,0 +1,134 @@
+//! The model itself, run by rten.
+
+use std::collections::BTreeSet;
+
+use rten::{Model, NodeId, Value};
+use rten_tensor::{AsView as _, Layout as _};
+use serde::Deserialize;
+
+use super::decode::{Tensor, decode};
+use super::description::Description;
+use super::input::{Fit, values};
+use crate::pddl::Name;
+use crate::perception::detectors::boxes::clipped;
+use crate::perception::detectors::looks::Looks;
+use crate::perception::detectors::{Detector, DetectorError, DetectorSettings};
+use crate::perception::model::ObjectBox;
+use crate::perception::phrases::answer;
+use crate::perception::{Detection, ImageView, Sighted, name_detections};
+
+/// `[perception.options]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    /// The model, an ONNX file.
+    model: String,
+    /// What it is: a TOML file.
+    description: String,
+}
+
+/// Runs a model.
+struct OnnxDetector {
+    file: String,
+    model: Model,
+    input: NodeId,
+    outputs: Vec<NodeId>,
+    description: Description,
+    looks: Looks,
+}
+
+pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
+    let options: Options = settings.options()?;
+    let of_file = |path: &str, message: String| DetectorError::File {
+        file: settings.path(path).display().to_string(),
+        message,
+    };
+    let text = settings.read(&options.description)?;
+    let types: BTreeSet<Name> = settings.perception.types.iter().map(|t| t.name.clone()).collect();
+    let description = Description::parse(&text, &types)
+        .map_err(|message| of_file(&options.description, message))?;
+    let wrong = |message: String| of_file(&options.model, message);
+    let model =
+        Model::load_file(settings.path(&options.model)).map_err(|e| wrong(e.to_string()))?;
+    let node = |name: &str| {
+        model.find_node(name).ok_or_else(|| {
+            let ids = model.input_ids().iter().chain(model.output_ids());
+            let names: Vec<String> =
+                ids.filter_map(|id| model.node_info(*id)?.name().map(str::to_owned)).collect();
+            wrong(format!("expected a tensor {name}, got {}", names.join(", ")))
+        })
+    };
+    let input = match (&description.input.name, model.input_ids()) {
+        (Some(name), _) => node(name)?,
+        (None, [only]) => *only,
+        (None, several) => {
+            let n = several.len();
+            return Err(wrong(format!("expected one input, or input.name, got {n} inputs")));
+        }
+    };
+    let outputs = description.output.tensors().into_iter().map(node);
+    let outputs = outputs.collect::<Result<Vec<NodeId>, DetectorError>>()?;
+    let looks = Looks::new(settings.perception)?;
+    let file = settings.path(&options.model).display().to_string();
+    Ok(Box::new(OnnxDetector { file, model, input, outputs, description, looks }))
+}
+
+impl Detector for OnnxDetector {
+    fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError> {
+        self.looks.learn(image, objects);
+        Ok(())
+    }
+
+    fn detect(
+        &mut self,
+        image: &ImageView<'_>,
+        phrases: &[String],
+    ) -> Result<Sighted, DetectorError> {
+        let (shape, values) = values(&self.description.input, image);
+        let wrong = |message: String| DetectorError::File { file: self.file.clone(), message };
+        let input = Value::from_shape(shape, values).map_err(|e| wrong(e.to_string()))?;
+        let outputs = self
+            .model
+            .run(vec![(self.input, input.into())], &self.outputs, None)
+            .map_err(|e| wrong(e.to_string()))?;
+        let outputs = outputs.into_iter().map(tensor).collect::<Result<Vec<Tensor>, String>>();
+        let found = outputs.and_then(|outputs| decode(&self.description, &outputs));
+        let fit = Fit::new(&self.description.input, image);
+        let mut objects: Vec<Detection> = Vec::new();
+        for candidate in found.map_err(wrong)? {
+            let perception = self.looks.perception();
+            let type_name = self.description.type_of(candidate.class);
+            let Some(spec) = type_name.and_then(|name| perception.type_spec(name)) else {
+                continue;
+            };
+            match clipped(fit.to_frame(candidate.edges), image) {
+                Ok(pixel_box) => {
+                    let score = candidate.score.min(1.0);
+                    objects.push(self.looks.detection(image, spec, (pixel_box, score)));
+                }
+                Err(reason) => tracing::debug!(reason, ?candidate, "a box is not used"),
+            }
+        }
+        let objects = self.looks.sorted(objects, self.description.duplicate_iou);
+        let perception = self.looks.perception();
+        let names = name_detections(perception, &objects);
+        let phrases = answer(perception, (&names, &objects), phrases);
+        Ok(Sighted { objects, phrases })
+    }
+
+    fn is_slow(&self) -> bool {
+        true
+    }
+}
+
+/// An output as numbers.
+fn tensor(value: Value) -> Result<Tensor, String> {
+    if let Value::FloatTensor(t) = value {
+        Ok(Tensor { shape: t.shape().to_vec(), values: t.to_vec() })
+    } else if let Value::Int32Tensor(t) = value {
+        let values = t.to_vec().into_iter().map(|v| v as f32).collect();
+        Ok(Tensor { shape: t.shape().to_vec(), values })
+    } else {
+        Err("expected outputs of floats or whole numbers, got something else".to_owned())
+    }
+}

@@ -1,0 +1,228 @@
+//! Colour classes: which of the domain's colour names a pixel would be called, as one table look-up.
+
+use std::collections::BTreeMap;
+
+use super::lab::{Lab, Shade};
+use crate::geometry::PixelBox;
+use crate::pddl::Name;
+use crate::perception::ImageView;
+use crate::perception::detectors::DetectorError;
+use crate::perception::model::Srgb;
+
+/// Most colour names over all types: classes are bytes, and each has a mask of its own.
+pub(super) const COLOURS_MAX: usize = 64;
+
+/// The class of a pixel that has none of the colours.
+pub(super) const NONE: u8 = 0;
+
+/// Bits kept of each channel in the table; 3 × 6 bits index 256 KiB, which stays in the cache.
+const BITS: u32 = 6;
+
+/// What one unit of lightness counts in a distance of shades. Small: light changes more than paint.
+const PER_LIGHTNESS: f32 = 0.006;
+
+/// A pixel farther than this from every shade has no colour name.
+const DISTANCE_MAX: f32 = 0.45;
+
+/// Colours closer to grey than this (in Lab units) are grey: sensor noise and tinted cloth.
+const CHROMA_MIN: f32 = 8.0;
+
+/// A shade learnt from the camera in use counts as nearer than general knowledge by this share of
+/// its distance,
+const LEARNT_SHARE: f32 = 0.3;
+/// but by no more than this: what one object shows of its colour says little about others.
+const LEARNT_MAX: f32 = 0.06;
+
+/// Least share of a labelled box's middle that must have the colour for it to be learnt from.
+const OWN_SHARE_MIN: f64 = 0.05;
+
+/// The colour names in use with their shades, and the look-up table made of them.
+#[derive(Debug, Clone)]
+pub(super) struct Palette {
+    names: Vec<Name>,
+    shades: Vec<(u8, Shade)>,
+    learnt: Vec<(u8, Shade)>,
+    /// Class by quantised colour; empty until it is needed.
+    table: Vec<u8>,
+}
+
+impl Palette {
+    /// Makes a palette of named colours.
+    ///
+    /// # Errors
+    /// [`DetectorError::TooManyColours`].
+    pub(super) fn new(colours: &BTreeMap<Name, Vec<Srgb>>) -> Result<Self, DetectorError> {
+        if colours.len() > COLOURS_MAX {
+            return Err(DetectorError::TooManyColours { limit: COLOURS_MAX, got: colours.len() });
+        }
+        let shades = colours.values().zip(1..).flat_map(|(shades, class)| {
+            shades.iter().map(move |srgb| (class, Shade::of(Lab::of(srgb.0))))
+        });
+        Ok(Self {
+            names: colours.keys().cloned().collect(),
+            shades: shades.collect(),
+            learnt: Vec::new(),
+            table: Vec::new(),
+        })
+    }
+
+    /// The class of a colour name.
+    pub(super) fn class(&self, name: &Name) -> Option<u8> {
+        self.names.iter().position(|n| n == name).map(|i| i as u8 + 1)
+    }
+
+    /// The number of classes, [`NONE`] included.
+    pub(super) fn n_classes(&self) -> usize {
+        self.names.len() + 1
+    }
+
+    /// Adds the shade that a labelled box shows of a colour: the channel-wise median over the
+    /// central half of the box, which leaves out the background at its edges.
+    ///
+    /// Another object may cover the middle (a disk on a wider one, seen from above). So only pixels
+    /// that general knowledge gives this colour count, where there are any to speak of; where there
+    /// are none, the box teaches only if its pixels have no other colour either.
+    pub(super) fn learn(&mut self, name: &Name, image: &ImageView<'_>, pixel_box: &PixelBox) {
+        let Some(class) = self.class(name) else { return };
+        let pixels: Vec<[u8; 3]> = middle(image, pixel_box).collect();
+        let of_class = |wanted: u8| {
+            let own = pixels.iter().filter(|rgb| self.classify_generally(**rgb) == wanted);
+            own.copied().collect::<Vec<[u8; 3]>>()
+        };
+        let enough = |n: usize| n as f64 >= OWN_SHARE_MIN * pixels.len() as f64;
+        let own = of_class(class);
+        let pixels = if enough(own.len()) { own } else { of_class(NONE) };
+        if !enough(pixels.len()) {
+            return;
+        }
+        let median = |channel: usize| {
+            let mut values: Vec<u8> = pixels.iter().map(|p| p[channel]).collect();
+            values.sort_unstable();
+            values.get(values.len() / 2).copied()
+        };
+        if let (Some(r), Some(g), Some(b)) = (median(0), median(1), median(2)) {
+            self.learnt.push((class, Shade::of(Lab::of([r, g, b]))));
+            self.table.clear();
+        }
+    }
+
+    /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
+    pub(super) fn look_up(&self, rgb: [u8; 3]) -> Option<u8> {
+        self.table.get(cell(rgb)).copied().filter(|c| *c != NONE)
+    }
+
+    /// The colour name, of those in `among`, that most pixels of the middle of a box have; `None`
+    /// when too few have any.
+    pub(super) fn name_of<'a>(
+        &self,
+        image: &ImageView<'_>,
+        pixel_box: &PixelBox,
+        among: &'a [Name],
+    ) -> Option<&'a Name> {
+        let mut counts = vec![0_usize; self.n_classes()];
+        for rgb in middle(image, pixel_box) {
+            counts[usize::from(self.look_up(rgb).unwrap_or(NONE))] += 1;
+        }
+        let n_pixels: usize = counts.iter().sum();
+        let count = |name: &Name| self.class(name).map_or(0, |class| counts[usize::from(class)]);
+        let best = among.iter().map(count).max()?;
+        let is_enough = best > 0 && best as f64 >= OWN_SHARE_MIN * n_pixels as f64;
+        among.iter().find(|name| count(name) == best).filter(|_| is_enough)
+    }
+
+    /// The look-up table, made when first asked for after a change.
+    pub(super) fn prepared(&mut self) -> &[u8] {
+        if self.table.is_empty() {
+            let side = 1_u32 << BITS;
+            // The middle of each cell of 2^(8 - BITS) values.
+            let value = |q: u32| ((q << (8 - BITS)) + (1 << (7 - BITS))) as u8;
+            self.table = (0..side.pow(3))
+                .map(|i| [i >> (2 * BITS), i >> BITS & (side - 1), i & (side - 1)].map(value))
+                .map(|rgb| self.classify(rgb))
+                .collect();
+        }
+        &self.table
+    }
+
+    /// The class of one colour by general knowledge alone.
+    fn classify_generally(&self, rgb: [u8; 3]) -> u8 {
+        let lab = Lab::of(rgb);
+        let shade = Shade::of(lab);
+        let distances =
+            self.shades.iter().map(|(c, known)| (shade.distance(*known, PER_LIGHTNESS), *c));
+        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
+        let grey = shade.saturation().min(DISTANCE_MAX);
+        nearest.filter(|(d, _)| lab.chroma() >= CHROMA_MIN && *d < grey).map_or(NONE, |(_, c)| c)
+    }
+
+    /// The class of one colour.
+    fn classify(&self, rgb: [u8; 3]) -> u8 {
+        let lab = Lab::of(rgb);
+        if lab.chroma() < CHROMA_MIN {
+            return NONE;
+        }
+        let shade = Shade::of(lab);
+        let (mut nearest, mut best) = (DISTANCE_MAX, (f32::INFINITY, NONE));
+        for (shades, share) in [(&self.shades, 0.0), (&self.learnt, LEARNT_SHARE)] {
+            for (class, known) in shades {
+                let d = shade.distance(*known, PER_LIGHTNESS);
+                nearest = nearest.min(d);
+                let counted = d - (share * d).min(LEARNT_MAX);
+                if counted < best.0 {
+                    best = (counted, *class);
+                }
+            }
+        }
+        // Grey of the same lightness competes like a shade: whatever is nearer to it is grey.
+        if nearest < shade.saturation().min(DISTANCE_MAX) { best.1 } else { NONE }
+    }
+}
+
+/// The pixels of the central half of a box, which leaves out the background at its edges.
+fn middle<'a>(image: &ImageView<'a>, b: &PixelBox) -> impl Iterator<Item = [u8; 3]> + use<'a> {
+    let (w, h, image) = (b.width(), b.height(), *image);
+    let columns = (b.x1 + w / 4.0) as usize..(b.x2 - w / 4.0).ceil() as usize;
+    let rows = (b.y1 + h / 4.0) as usize..(b.y2 - h / 4.0).ceil() as usize;
+    rows.flat_map(move |y| columns.clone().filter_map(move |x| image.pixel(x, y)))
+}
+
+/// The index of a pixel in the table.
+pub(super) fn cell([r, g, b]: [u8; 3]) -> usize {
+    let q = |v: u8| usize::from(v >> (8 - BITS));
+    q(r) << (2 * BITS) | q(g) << BITS | q(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn palette() -> Palette {
+        let colours = [("blue", "#0343df"), ("red", "#e50000")]
+            .map(|(name, hex)| (Name::new(name), vec![Srgb::try_from(hex.to_owned()).unwrap()]));
+        Palette::new(&BTreeMap::from(colours)).unwrap()
+    }
+
+    #[test]
+    fn shading_does_not_change_the_name_and_grey_has_none() {
+        let mut palette = palette();
+        let red = palette.class(&"red".into()).unwrap();
+        let table = palette.prepared().to_vec();
+        for rgb in [[230, 10, 10], [140, 15, 10], [90, 8, 6]] {
+            assert_eq!(table[cell(rgb)], red, "{rgb:?}");
+        }
+        for rgb in [[0, 0, 0], [40, 42, 46], [128, 128, 128], [255, 255, 255], [40, 32, 44]] {
+            assert_eq!(table[cell(rgb)], NONE, "{rgb:?}");
+        }
+    }
+
+    #[test]
+    fn a_learnt_shade_gets_its_name() {
+        let mut palette = palette();
+        let teal = [20, 120, 130];
+        assert_eq!(palette.prepared()[cell(teal)], NONE);
+        let rgb: Vec<u8> = teal.iter().copied().cycle().take(3 * 64).collect();
+        let image = ImageView::new(8, 8, &rgb).unwrap();
+        palette.learn(&"blue".into(), &image, &PixelBox::from([0.0, 0.0, 8.0, 8.0]));
+        assert_eq!(Some(palette.prepared()[cell(teal)]), palette.class(&"blue".into()));
+    }
+}

@@ -1,0 +1,206 @@
+//! Predicates that constrain by number only: which atoms are accepted, which stay unknown.
+
+use std::collections::BTreeMap;
+
+use super::board::{BAND, Board};
+use super::choice::{Choice, Row, choose};
+use crate::logic::Truth;
+use crate::pddl::Name;
+use crate::perception::model::constraints::{Constraints, Place};
+
+/// The least evidence for the best atom of an object that must have one. Below it, every example that
+/// holds is more than twice as far as one that does not: what the object belongs to is not in sight.
+const FLOOR: f64 = -1.0 / 3.0;
+
+/// Which constraints hold without exception in the labelled examples.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Due {
+    /// For `exactly_one`: its predicates.
+    pub(super) predicates: Vec<Name>,
+    /// For each group of `exactly_one_of`.
+    pub(super) groups: Vec<bool>,
+}
+
+/// What only one atom may have.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    /// An object in a group of places.
+    Group(usize, usize),
+    /// A predicate and its first argument.
+    First(Name, usize),
+    /// A predicate and its second argument.
+    Second(Name, usize),
+    /// An atom alone.
+    Atom(usize),
+}
+
+/// Rows in the making: the places of their atoms, and which object must have one.
+#[derive(Debug, Default)]
+struct Rows {
+    list: Vec<Row>,
+    places: Vec<Vec<usize>>,
+    /// The object that the row is about, where it must have an atom.
+    due: Vec<Option<usize>>,
+}
+
+/// Decides every predicate of `predicates`.
+pub(super) fn decide(
+    board: &mut Board,
+    predicates: &[&Name],
+    constraints: &Constraints,
+    due: &Due,
+) {
+    let (rows, n_columns) = build(board, predicates, constraints, due);
+    let chosen = choose(&rows.list, n_columns);
+    let mut taken = vec![false; n_columns];
+    for (row, choice) in rows.list.iter().zip(&chosen) {
+        let columns = choice.iter().flat_map(|&choice| &row.choices[choice].columns);
+        columns.for_each(|&column| taken[column] = true);
+    }
+    for (idx, row) in rows.list.iter().enumerate() {
+        settle(board, row, chosen[idx], &rows.places[idx], &taken);
+        if let (Some(object), None) = (rows.due[idx], chosen[idx]) {
+            let atoms = rows.places[idx].iter().map(|&place| &board.judged[place].atom);
+            let mut names: Vec<String> = atoms.map(|atom| atom.predicate.to_string()).collect();
+            names.dedup();
+            rows.places[idx].iter().for_each(|&place| board.decide(place, Truth::Unknown));
+            board.doubt(format!("no {} of", names.join(" or ")), &[object]);
+        }
+    }
+}
+
+/// The truth of one row's atoms: what nearly equals the accepted one is as unknown as that.
+fn settle(board: &mut Board, row: &Row, chosen: Option<usize>, places: &[usize], taken: &[bool]) {
+    let is_free = |choice: &Choice| choice.columns.iter().all(|&column| !taken[column]);
+    // An atom that need not be true competes with none being true.
+    let none = if row.floor < 0.0 { f64::NEG_INFINITY } else { 0.0 };
+    let accepted = chosen.map_or(none, |choice| row.choices[choice].weight);
+    let rivals = row.choices.iter().enumerate();
+    let rivals = rivals.filter(|&(at, choice)| Some(at) != chosen && is_free(choice));
+    let best_rival = rivals.map(|(_, choice)| choice.weight).fold(none, f64::max);
+    for (at, choice) in row.choices.iter().enumerate() {
+        let truth = if Some(at) == chosen {
+            let clear = accepted - best_rival >= BAND;
+            if clear { Truth::True } else { Truth::Unknown }
+        } else {
+            let near = accepted - choice.weight < BAND && is_free(choice);
+            if near { Truth::Unknown } else { Truth::False }
+        };
+        board.decide(places[at], truth);
+    }
+}
+
+fn build(
+    board: &Board,
+    predicates: &[&Name],
+    constraints: &Constraints,
+    due: &Due,
+) -> (Rows, usize) {
+    let mut rows = Rows::default();
+    let mut row_of: BTreeMap<Key, usize> = BTreeMap::new();
+    let mut column_of: BTreeMap<Key, usize> = BTreeMap::new();
+    for &predicate in predicates {
+        let is_due = due.predicates.contains(predicate);
+        let pooled = pooled(board, predicate, constraints, is_due);
+        for (at, (args, place)) in board.tuples(predicate).iter().enumerate() {
+            let mut keys = keys(predicate, args, constraints);
+            if keys.is_empty() {
+                keys.push(Key::Atom(*place));
+            }
+            let row_key = keys.remove(0);
+            let (object, must) = match &row_key {
+                Key::Group(group, object) => (Some(*object), due.groups.get(*group) == Some(&true)),
+                Key::First(_, object) => (Some(*object), is_due),
+                Key::Second(..) | Key::Atom(_) => (None, false),
+            };
+            let row = *row_of.entry(row_key).or_insert_with(|| {
+                let floor = if must { FLOOR } else { 0.0 };
+                rows.list.push(Row { choices: Vec::new(), floor });
+                rows.places.push(Vec::new());
+                rows.due.push(object.filter(|_| must));
+                rows.list.len() - 1
+            });
+            let columns = keys.into_iter().map(|key| {
+                let n = column_of.len();
+                *column_of.entry(key).or_insert(n)
+            });
+            let columns = columns.collect();
+            rows.list[row].choices.push(Choice { weight: pooled[at], columns });
+            rows.places[row].push(*place);
+        }
+    }
+    (rows, column_of.len())
+}
+
+/// What only one atom may have of what this atom has; the first is what it is an answer to.
+fn keys(predicate: &Name, args: &[usize], constraints: &Constraints) -> Vec<Key> {
+    let mut keys = Vec::new();
+    for (group, one_of) in constraints.exactly_one_of.iter().enumerate() {
+        let here = |place: &&Place| place.predicate == *predicate;
+        let objects = one_of.arguments.iter().filter(here).filter_map(|p| args.get(p.argument));
+        keys.extend(objects.map(|&object| Key::Group(group, object)));
+    }
+    if let [first, second] = *args {
+        if constraints.exactly_one.contains(predicate) || constraints.functional.contains(predicate)
+        {
+            keys.push(Key::First(predicate.clone(), first));
+        }
+        if constraints.inverse_functional.contains(predicate) {
+            keys.push(Key::Second(predicate.clone(), second));
+        }
+    }
+    keys
+}
+
+/// The weights of a predicate's tuples, in order. Where each object must have one, how well objects
+/// are aligned counts for and against; elsewhere only against. Objects over one another are in the
+/// same place, so they are judged by what speaks for them together.
+fn pooled(board: &Board, predicate: &Name, constraints: &Constraints, is_due: bool) -> Vec<f64> {
+    let tuples = board.tuples(predicate);
+    let is_aligned = constraints.aligned.contains(predicate);
+    let most = if is_due { 1.0 } else { 0.0 };
+    let weight = |(args, place): &(Vec<usize>, usize)| {
+        let aligned = match args[..] {
+            [first, second] if is_aligned => {
+                board.extents[second].is_over(&board.extents[first]).min(most)
+            }
+            _ => 0.0,
+        };
+        board.weights[*place] + aligned
+    };
+    let weights: Vec<f64> = tuples.iter().map(weight).collect();
+    let is_stacked = constraints.support.iter().any(|s| s.stack_at.as_ref() == Some(predicate));
+    if !(is_due && is_stacked) {
+        return weights;
+    }
+    let column = columns(board, tuples);
+    let mut sums: BTreeMap<(usize, usize), (f64, f64)> = BTreeMap::new();
+    let key = |args: &[usize]| Some((column[*args.first()?], *args.get(1)?));
+    for ((args, _), weight) in tuples.iter().zip(&weights) {
+        let Some(key) = key(args) else { continue };
+        let sum = sums.entry(key).or_insert((0.0, 0.0));
+        *sum = (sum.0 + weight, sum.1 + 1.0);
+    }
+    let mean = |(args, _): &(Vec<usize>, usize)| {
+        let (sum, count) = key(args).and_then(|key| sums.get(&key)).copied().unwrap_or((0.0, 1.0));
+        sum / count
+    };
+    tuples.iter().map(mean).collect()
+}
+
+/// For every object the first one of those that it stands over or under, directly or through others.
+fn columns(board: &Board, tuples: &[(Vec<usize>, usize)]) -> Vec<usize> {
+    let mut firsts: Vec<usize> =
+        tuples.iter().filter_map(|(args, _)| args.first()).copied().collect();
+    firsts.dedup();
+    let mut column: Vec<usize> = (0..board.names.len()).collect();
+    for (at, &a) in firsts.iter().enumerate() {
+        for &b in &firsts[..at] {
+            if column[a] != column[b] && board.extents[a].is_in_column_with(&board.extents[b]) {
+                let (low, high) = (column[a].min(column[b]), column[a].max(column[b]));
+                column.iter_mut().filter(|c| **c == high).for_each(|c| *c = low);
+            }
+        }
+    }
+    column
+}

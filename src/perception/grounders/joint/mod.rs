@@ -1,0 +1,173 @@
+//! `s2s-joint`: S2S's distances, judged together under the constraints of `perception.toml`.
+//!
+//! Each tuple's evidence is how much nearer it is to an example that holds than to one that does not.
+//! Accepted is the set of atoms with the most evidence that keeps every constraint; where the evidence
+//! does not decide, an atom is unknown, and what no set of facts explains is a doubt. Stages:
+//!
+//! 1. `fixtures`: predicates that constrain by number (`exactly_one`, `functional`, …), by branch and
+//!    bound (`choice`);
+//! 2. `support`: what rests on what, from the same evidence and from where the boxes are (`extent`);
+//! 3. `order`: strict orders.
+//!
+//! What the examples do not bear out is not assumed: an `exactly_one` that an example violates is
+//! "at most one", and an order is total only where the examples relate all objects.
+
+mod extent;
+mod board;
+mod choice;
+mod fixtures;
+mod support;
+mod order;
+mod seen;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use super::candidates::slots;
+use super::{CandidateSlots, Grounder, Grounding, S2s};
+use crate::pddl::{Domain, Name, Types};
+use crate::perception::model::constraints::{Constraints, SecondOpinion, Support};
+use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
+use board::Board;
+use fixtures::Due;
+use seen::Seen;
+use support::Lesson;
+
+/// The joint grounder.
+#[derive(Debug, Clone)]
+struct Joint {
+    s2s: S2s,
+    /// The same tuples by further features.
+    opinions: Option<S2s>,
+    constraints: Constraints,
+    /// The observed predicates that only numbers constrain.
+    numbered: Vec<Name>,
+    due: Due,
+    types: Types,
+    /// For each `support`: the types of the objects that may rest on each other.
+    parts: Vec<Vec<Name>>,
+    /// For each `support`: what the examples show in the image.
+    flat: Vec<Option<Lesson>>,
+    /// The same in the world, where the examples have volumes.
+    deep: Option<Vec<Option<Lesson>>>,
+    /// The strict orders that the examples show to be total.
+    total: Vec<Name>,
+}
+
+/// The entry for the table of grounders.
+pub(super) fn build(
+    domain: &Domain,
+    perception: &Perception,
+    exemplars: &Exemplars,
+) -> Result<Box<dyn Grounder>, PerceptionError> {
+    Ok(Box::new(Joint::new(domain, perception, exemplars)?))
+}
+
+impl Joint {
+    fn new(
+        domain: &Domain,
+        perception: &Perception,
+        exemplars: &Exemplars,
+    ) -> Result<Self, PerceptionError> {
+        let constraints = perception.constraints.clone();
+        let s2s = S2s::new(domain, &perception.observed, exemplars)?;
+        let own_slots = |spec: &ObservedSpec| Ok((spec.predicate.clone(), slots(domain, spec)?));
+        let slots: BTreeMap<Name, CandidateSlots> =
+            perception.observed.iter().map(own_slots).collect::<Result<_, PerceptionError>>()?;
+        let supports = constraints.support.iter();
+        let types_of = |support: &Support| match slots.get(&support.predicate) {
+            Some(slots) => slots.concat(),
+            None => Vec::new(),
+        };
+        let parts: Vec<Vec<Name>> = supports.clone().map(types_of).collect();
+        let lessons = |deep: bool| -> Vec<Option<Lesson>> {
+            let lesson = |(support, types): (&Support, &Vec<Name>)| {
+                let is_part = |object: &ObjectBox| is_of(&domain.types, object, types);
+                Lesson::learn(&support.predicate, exemplars, deep, is_part)
+            };
+            supports.clone().zip(&parts).map(lesson).collect()
+        };
+        let judged = s2s.judged_predicates().collect();
+        let seen = Seen { types: &domain.types, exemplars, slots: &slots, judged };
+        let (due, total) = (seen.due(&constraints), seen.total(&constraints));
+        let is_numbered = |name: &&Name| {
+            let supports = constraints.support.iter().any(|support| support.predicate == **name);
+            !supports && !constraints.strict_order.contains(name)
+        };
+        Ok(Self {
+            opinions: opinions(domain, perception, exemplars)?,
+            numbered: perception.observed_predicates().filter(is_numbered).cloned().collect(),
+            due,
+            flat: lessons(false),
+            deep: exemplars.have_volumes().then(|| lessons(true)),
+            types: domain.types.clone(),
+            parts,
+            total,
+            s2s,
+            constraints,
+        })
+    }
+}
+
+impl Grounder for Joint {
+    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
+        let with_depth = objects.iter().any(|object| object.volume.is_some());
+        let lessons = self.deep.as_ref().filter(|_| with_depth);
+        let (deep, lessons) = (lessons.is_some(), lessons.unwrap_or(&self.flat));
+        let mut board = Board::new(objects, deep, self.s2s.ground(objects).judged);
+        if let Some(opinions) = &self.opinions {
+            board.add_opinions(&opinions.ground(objects).judged);
+        }
+        let numbered: Vec<&Name> = self.numbered.iter().filter(|p| board.judges(p)).collect();
+        fixtures::decide(&mut board, &numbered, &self.constraints, &self.due);
+        for (n, support) in self.constraints.support.iter().enumerate() {
+            if let Some(lesson) = lessons[n] {
+                let in_sight = objects.iter().filter(|o| !deep || o.volume.is_some());
+                let parts = in_sight.filter(|o| is_of(&self.types, o, &self.parts[n]));
+                let parts = board.numbers(parts.map(|object| &object.name));
+                support::decide(&mut board, parts, (support, lesson), &self.constraints);
+            }
+        }
+        for order in self.constraints.strict_order.iter().filter(|o| self.s2s_judges(o)) {
+            let supports = self.constraints.support.iter();
+            let agreeing: Vec<&Name> =
+                supports.filter(|s| s.agrees_with.contains(order)).map(|s| &s.predicate).collect();
+            order::decide(&mut board, order, self.total.contains(order), &agreeing);
+        }
+        board.finish()
+    }
+}
+
+impl Joint {
+    fn s2s_judges(&self, predicate: &Name) -> bool {
+        self.s2s.judged_predicates().any(|judged| judged == predicate)
+    }
+}
+
+/// The grounder by the further features, where the domain names any.
+fn opinions(
+    domain: &Domain,
+    perception: &Perception,
+    exemplars: &Exemplars,
+) -> Result<Option<S2s>, PerceptionError> {
+    let spec = |opinion: &SecondOpinion| {
+        let own = perception.observed.iter().find(|spec| spec.predicate == opinion.predicate);
+        ObservedSpec {
+            predicate: opinion.predicate.clone(),
+            feature: Some(opinion.feature.clone()),
+            feature_with_masks: None,
+            feature_with_volumes: opinion.feature_with_volumes.clone(),
+            candidates: own.and_then(|spec| spec.candidates.clone()),
+        }
+    };
+    let specs: Vec<ObservedSpec> = perception.constraints.second_opinion.iter().map(spec).collect();
+    if specs.is_empty() {
+        return Ok(None);
+    }
+    S2s::new(domain, &specs, exemplars).map(Some)
+}
+
+fn is_of(types: &Types, object: &ObjectBox, wanted: &[Name]) -> bool {
+    types.fits(std::slice::from_ref(&object.type_name), wanted)
+}

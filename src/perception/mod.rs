@@ -1,0 +1,26 @@
+//! Perception: from an image to facts in the domain's vocabulary.
+
+pub mod model;
+mod views;
+mod detection;
+mod lifting;
+mod silhouette;
+mod naming;
+mod phrases;
+pub mod detectors;
+pub mod grounders;
+mod proprioception;
+mod completion;
+mod still;
+pub mod tracking;
+
+pub use completion::{complete, facts_of, merged};
+pub use detection::{Detection, PhraseBox, Sighted};
+pub use lifting::{CutSides, DepthError, DepthView, Measured, volume_of};
+pub use naming::{label_of, name_detections, unused_name};
+pub use phrases::{
+    MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,
+};
+pub use proprioception::{Grip, proprioception};
+pub use still::{GroundedImage, Pipeline, ground_image};
+pub use views::{ImageError, ImageView};

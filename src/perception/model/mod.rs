@@ -1,0 +1,18 @@
+//! How a domain's objects and facts are perceived: `perception.toml` and the labelled examples.
+
+mod object_box;
+mod entries;
+mod appearance;
+pub(crate) mod constraints;
+pub(crate) mod perception;
+mod exemplar;
+mod masks;
+pub(crate) mod features;
+
+pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec};
+pub use constraints::Constraints;
+pub use entries::json_entries;
+pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
+pub use features::{FEATURE_LENGTH_MAX, FEATURES, Feature, FeatureVector, Needs, feature_by_name};
+pub use object_box::ObjectBox;
+pub use perception::{Implied, ObservedSpec, Perception, PerceptionError, Proprioceptive, When};

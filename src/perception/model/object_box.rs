@@ -1,0 +1,21 @@
+//! What grounding needs to know of an object: who it is, of what type, where in the image.
+
+use std::sync::Arc;
+
+use crate::geometry::{PixelBox, RowRun, Volume};
+use crate::pddl::Name;
+
+/// A named, typed box in the image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectBox {
+    /// The object's identity.
+    pub name: Name,
+    /// Its PDDL type.
+    pub type_name: Name,
+    /// Its box, in pixels of the image it was seen in.
+    pub pixel_box: PixelBox,
+    /// Its volume in the world frame, where depth and camera pose are known.
+    pub volume: Option<Volume>,
+    /// Its pixels, top to bottom and left to right, where the detector tells them.
+    pub mask: Option<Arc<[RowRun]>>,
+}

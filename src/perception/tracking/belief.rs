@@ -1,0 +1,173 @@
+//! The one belief: which facts planner and executor rely on, and which doubts count.
+//!
+//! A changed fact counts once it has been seen `confirm_frames` times in a row, or at once when a
+//! step that has just ended predicts it. While a step runs, what it is about to change and whatever
+//! is said of the object that it carries keep their values. A doubt counts as long as it has been
+//! there in each of the last `confirm_frames` frames.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::logic::{Changes, Truth};
+use crate::pddl::{Atom, Name};
+use crate::perception::grounders::Basis;
+use crate::scene::{Doubt, Origin};
+
+/// What is believed of one observed atom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Entry {
+    pub(super) confirmed: Truth,
+    pub(super) raw: Truth,
+    pub(super) origin: Origin,
+    pub(super) confidence: f32,
+    candidate: Truth,
+    streak: u32,
+}
+
+/// What one frame says of an atom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reading {
+    pub(super) truth: Truth,
+    pub(super) basis: Basis,
+    pub(super) confidence: f32,
+}
+
+impl Reading {
+    fn origin(self) -> Origin {
+        match self.basis {
+            Basis::Observed => Origin::Observed,
+            Basis::Constrained => Origin::Constrained,
+        }
+    }
+}
+
+/// Beliefs about all observed atoms that were ever judged.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Belief {
+    pub(super) entries: BTreeMap<Atom, Entry>,
+    /// In how many frames in a row each doubt has been there.
+    doubts: BTreeMap<Doubt, u32>,
+}
+
+/// What holds facts back in this frame.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Frozen {
+    /// Atoms that the running step is about to change.
+    pub(super) atoms: BTreeSet<Atom>,
+    /// The object that it carries.
+    pub(super) carried: Option<Name>,
+}
+
+impl Frozen {
+    pub(super) fn holds_back(&self, atom: &Atom) -> bool {
+        self.atoms.contains(atom)
+            || self.carried.as_ref().is_some_and(|carried| atom.args.contains(carried))
+    }
+}
+
+impl Belief {
+    /// Takes in one frame: the judged atoms, what is frozen, which objects are lost from sight for
+    /// good, and what a step that has just ended predicts.
+    ///
+    /// Returns how many facts are seen otherwise than believed and are not confirmed yet.
+    pub(super) fn update(
+        &mut self,
+        readings: &BTreeMap<Atom, Reading>,
+        frozen: &Frozen,
+        lost: &BTreeSet<Name>,
+        predicted: Option<&Changes>,
+        confirm_frames: u32,
+    ) -> u32 {
+        for atom in readings.keys() {
+            self.entries.entry(atom.clone()).or_insert(Entry {
+                confirmed: Truth::Unknown,
+                raw: Truth::Unknown,
+                origin: Origin::Observed,
+                confidence: 0.0,
+                candidate: Truth::Unknown,
+                streak: 0,
+            });
+        }
+        let mut unsettled = 0;
+        for (atom, entry) in &mut self.entries {
+            let reading = readings.get(atom);
+            let expected = predicted.and_then(|changes| prediction(changes, atom));
+            entry.read(reading);
+            if frozen.holds_back(atom) {
+                continue;
+            }
+            match (reading, expected) {
+                (Some(reading), Some(expected)) if reading.truth == expected => {
+                    entry.believe(expected, reading.origin());
+                }
+                (None, Some(expected)) => entry.believe(expected, Origin::Predicted),
+                (Some(reading), _) => {
+                    if entry.streak >= confirm_frames {
+                        entry.believe(entry.candidate, reading.origin());
+                    }
+                    unsettled += u32::from(entry.confirmed != entry.candidate);
+                }
+                (None, None) if atom.args.iter().any(|arg| lost.contains(arg)) => {
+                    entry.believe(Truth::Unknown, Origin::Remembered);
+                }
+                (None, None) => {
+                    if matches!(entry.origin, Origin::Observed | Origin::Constrained) {
+                        entry.origin = Origin::Remembered;
+                    }
+                }
+            }
+        }
+        unsettled
+    }
+
+    /// Takes in what one frame cannot explain; returns what counts.
+    pub(super) fn doubt(&mut self, doubts: Vec<Doubt>, confirm_frames: u32) -> Vec<Doubt> {
+        let before = std::mem::take(&mut self.doubts);
+        for doubt in doubts {
+            let frames = before.get(&doubt).copied().unwrap_or(0).saturating_add(1);
+            self.doubts.insert(doubt, frames);
+        }
+        let confirmed = self.doubts.iter().filter(|(_, frames)| **frames >= confirm_frames);
+        confirmed.map(|(doubt, _)| doubt.clone()).collect()
+    }
+}
+
+impl Belief {
+    /// Everything that is believed of one object is believed of it under its new name.
+    pub(super) fn rename(&mut self, from: &Name, to: &Name) {
+        let renamed = |mut atom: Atom| {
+            atom.args.iter_mut().filter(|arg| *arg == from).for_each(|arg| arg.clone_from(to));
+            atom
+        };
+        let entries = std::mem::take(&mut self.entries);
+        self.entries = entries.into_iter().map(|(atom, entry)| (renamed(atom), entry)).collect();
+    }
+}
+
+impl Entry {
+    /// Counts how long the frames have said the same.
+    fn read(&mut self, reading: Option<&Reading>) {
+        let Some(reading) = reading else {
+            self.raw = Truth::Unknown;
+            self.streak = 0;
+            return;
+        };
+        self.streak = if self.candidate == reading.truth { self.streak + 1 } else { 1 };
+        self.raw = reading.truth;
+        self.candidate = reading.truth;
+        self.confidence = reading.confidence;
+    }
+
+    fn believe(&mut self, truth: Truth, origin: Origin) {
+        self.confirmed = truth;
+        self.origin = origin;
+    }
+}
+
+/// What a step's changes say of an atom. An atom that is added stays, even if it is deleted too.
+fn prediction(changes: &Changes, atom: &Atom) -> Option<Truth> {
+    if changes.add.contains(atom) {
+        Some(Truth::True)
+    } else {
+        changes.delete.contains(atom).then_some(Truth::False)
+    }
+}

@@ -1,0 +1,74 @@
+//! The scene parser: detections of one frame in, the domain-conditioned scene graph out.
+//!
+//! Pure: its memory is a value, everything else arrives with the frame. The stages are those of
+//! the paper's state grounding function, plus what a loop needs: names that stay (`tracker`), occlusion by the robot
+//! itself (`occlusion`), and one belief that the planner and the executor rely on (`belief`).
+
+mod tracker;
+mod occlusion;
+mod belief;
+mod gripper;
+mod parse;
+#[cfg(test)]
+mod tests;
+
+use serde::Deserialize;
+
+use super::grounders::Grounder;
+use super::model::Perception;
+use crate::geometry::CameraModel;
+use crate::messages::{Command, RobotState, Status};
+use crate::pddl::{Axiom, Domain};
+use crate::scene::Cause;
+use crate::skills::SkillBook;
+
+pub use occlusion::HullConfig;
+pub use parse::SceneParser;
+
+/// `[perception]` of a run file: what depends on the camera and on time, not on the domain.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BeliefConfig {
+    /// Frames in a row that a change must be seen in before it is believed.
+    pub confirm_frames: u32,
+    /// Frames that an object which cannot be seen keeps its last facts; then they are unknown.
+    pub hidden_frames_max: u32,
+    /// How near to the tool centre an object must be to count as taken, metres.
+    pub grasp_reach_m: f64,
+}
+
+/// What does not change during an episode.
+#[expect(missing_debug_implementations, reason = "a grounder is known by its name only")]
+pub struct ParserConfig {
+    /// The domain.
+    pub domain: Domain,
+    /// Its perception file.
+    pub perception: Perception,
+    /// Its completion rules.
+    pub rules: Vec<Axiom>,
+    /// How its actions are carried out: says which object a running step carries.
+    pub skills: SkillBook,
+    /// Judges tuples of boxes.
+    pub grounder: Box<dyn Grounder>,
+    /// Confirmation.
+    pub belief: BeliefConfig,
+    /// The robot's own shape; `None` without a robot.
+    pub hull: Option<HullConfig>,
+}
+
+/// What comes with a frame besides its detections.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameContext<'a> {
+    /// The frame.
+    pub cause: Cause,
+    /// Depth, where there is any.
+    pub depth: Option<crate::perception::DepthView<'a>>,
+    /// Intrinsics and pose of the camera, where known.
+    pub model: Option<&'a CameraModel>,
+    /// The newest robot state, where there is a robot.
+    pub robot: Option<&'a RobotState>,
+    /// Commands sent to the robot since the last frame.
+    pub commands: &'a [Command],
+    /// What the robot has said since the last frame.
+    pub statuses: &'a [Status],
+}

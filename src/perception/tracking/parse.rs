@@ -1,0 +1,349 @@
+//! One frame, top to bottom.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::belief::{Belief, Frozen, Reading};
+use super::occlusion::hull_in_image;
+use super::tracker::{Renamed, Sighting, Tracker};
+use super::{FrameContext, ParserConfig, gripper};
+use crate::geometry::PixelBox;
+use crate::logic::{Changes, Facts, Universe, bind, effects};
+use crate::messages::{CommandKind, StatusKind};
+use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_plan};
+use crate::perception::grounders::Grounding;
+use crate::perception::model::ObjectBox;
+use crate::perception::{
+    Detection, Grip, MergeRule, Sighted, complete, merge, proprioception, volume_of,
+};
+use crate::scene::{Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
+
+/// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
+#[derive(Debug, Clone)]
+pub struct SceneParser {
+    tracker: Tracker,
+    belief: Belief,
+    grip: Grip,
+    running: Option<RunningStep>,
+    /// What was believed after the last frame, completed.
+    confirmed: Facts,
+}
+
+/// The step that the robot carries out, as the commands on the bus tell it.
+#[derive(Debug, Clone)]
+struct RunningStep {
+    command_id: u64,
+    carried: Option<Name>,
+    changes: Changes,
+}
+
+impl Default for SceneParser {
+    fn default() -> Self {
+        Self {
+            tracker: Tracker::default(),
+            belief: Belief::default(),
+            grip: Grip::Empty,
+            running: None,
+            confirmed: Facts::default(),
+        }
+    }
+}
+
+impl SceneParser {
+    /// The scene graph of one frame.
+    pub fn parse(
+        &mut self,
+        config: &ParserConfig,
+        context: &FrameContext<'_>,
+        sighted: Sighted,
+    ) -> Scene {
+        self.start_steps(config, context);
+        let ended = self.end_step(context);
+        if let Some(robot) = context.robot {
+            let reach_m = config.belief.grasp_reach_m;
+            self.grip = gripper::follow(&self.grip, robot, &self.tracker.tracks, reach_m);
+        }
+        let occluders = self.occluders(config, context, &sighted.objects);
+        let sightings = sightings(config, context, sighted);
+        let settings = (&config.perception, &config.belief);
+        self.tracker.update(sightings, &occluders, context.cause.capture_ns, settings);
+        self.rename(config.belief.confirm_frames);
+
+        let (readings, doubts) = self.judge(config);
+        let frozen = self.frozen();
+        let lost = self.lost(config.belief.hidden_frames_max);
+        let confirm_frames = config.belief.confirm_frames;
+        let unsettled =
+            self.belief.update(&readings, &frozen, &lost, ended.as_ref(), confirm_frames);
+        let doubts = self.belief.doubt(doubts, confirm_frames);
+        let objects = self.objects(config);
+        let typed: Vec<Typed> =
+            objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
+        let own = self.own_facts(config, &typed, &frozen);
+        let facts = self.facts(config, &typed, &own);
+        let cause = context.cause;
+        Scene { cause, objects, facts, doubts, unsettled, detect_us: 0, ground_us: 0 }
+    }
+
+    /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
+    pub fn unseen(&self, config: &ParserConfig, named: &[Typed]) -> Vec<Name> {
+        let is_known = |name: &Name| {
+            self.tracker.tracks.iter().any(|t| t.name == *name)
+                || config.perception.implied.iter().any(|i| i.name == *name)
+                || config.domain.constants.iter().any(|c| c.name == *name)
+        };
+        named.iter().map(|typed| typed.name.clone()).filter(|name| !is_known(name)).collect()
+    }
+
+    /// Lets objects take the goal's phrases as their names, while no step depends on the old ones.
+    fn rename(&mut self, confirm_frames: u32) {
+        if self.running.is_some() || self.grip != Grip::Empty {
+            return;
+        }
+        for Renamed { from, to } in self.tracker.rename(confirm_frames) {
+            tracing::info!(%from, %to, "named as in the goal");
+            self.belief.rename(&from, &to);
+        }
+    }
+
+    /// Takes note of a step that the robot was told to carry out.
+    fn start_steps(&mut self, config: &ParserConfig, context: &FrameContext<'_>) {
+        for command in context.commands {
+            if !matches!(command.kind, CommandKind::Start(_)) {
+                continue;
+            }
+            let Some(step) = step_of(&command.label) else { continue };
+            self.running = Some(RunningStep {
+                command_id: command.id,
+                carried: config.skills.carried(&step),
+                changes: self.changes(config, &step).unwrap_or_default(),
+            });
+        }
+    }
+
+    /// Takes note of the running step's end; returns what it predicts when it was carried out.
+    fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Changes> {
+        let id = self.running.as_ref()?.command_id;
+        let ending = context
+            .statuses
+            .iter()
+            .find(|s| s.command_id == id && s.kind != StatusKind::Accepted)?;
+        let running = self.running.take()?;
+        (ending.kind == StatusKind::Done).then_some(running.changes)
+    }
+
+    fn changes(&self, config: &ParserConfig, step: &Step) -> Option<Changes> {
+        let action = config.domain.action(step.action.as_str())?;
+        let bindings = bind(action, &step.args)?;
+        let objects: Vec<Typed> =
+            self.objects(config).into_iter().map(|o| Typed::new(o.name, o.type_name)).collect();
+        let universe = Universe { types: &config.domain.types, objects: &objects };
+        Some(effects(action, &bindings, &universe, &|atom| self.confirmed.truth(atom)))
+    }
+
+    /// Where the robot, or what it holds, may hide something.
+    fn occluders(
+        &self,
+        config: &ParserConfig,
+        context: &FrameContext<'_>,
+        detections: &[Detection],
+    ) -> Vec<PixelBox> {
+        let mut occluders = Vec::new();
+        if let (Some(hull), Some(robot), Some(model)) = (&config.hull, context.robot, context.model)
+        {
+            occluders.extend(hull_in_image(hull, robot, model));
+        }
+        if let Grip::Holds(name) = &self.grip
+            && let Some(hand) = occluders.first().copied()
+            && let Some(track) = self.tracker.tracks.iter().find(|t| t.name == *name)
+        {
+            let at_hand = detections.iter().filter(|d| {
+                d.type_name == track.type_name && d.pixel_box.intersection(&hand).area() > 0.0
+            });
+            occluders.extend(at_hand.map(|d| d.pixel_box));
+        }
+        occluders
+    }
+
+    /// Judges every tuple of objects that are in plain sight, and what is strange about them.
+    ///
+    /// Objects that are out of sight for a while are judged with them, where they were last seen:
+    /// what hides between others is not missing. Nothing is read off them.
+    fn judge(&self, config: &ParserConfig) -> (BTreeMap<Atom, Reading>, Vec<Doubt>) {
+        let hidden_frames_max = config.belief.hidden_frames_max;
+        let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
+        let known = known.filter(|t| !self.is_held(&t.name));
+        let visible: BTreeSet<&Name> =
+            known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.name).collect();
+        let boxes: Vec<ObjectBox> = known
+            .map(|t| ObjectBox {
+                name: t.name.clone(),
+                type_name: t.type_name.clone(),
+                pixel_box: t.pixel_box,
+                volume: t.volume,
+                mask: t.mask.clone(),
+            })
+            .collect();
+        let Grounding { judged, mut doubts } = config.grounder.ground(&boxes);
+        let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
+        doubts.retain(|doubt| are_visible(&doubt.objects));
+        let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
+        let readings = judged.map(|judged| {
+            let confidence = judged.confidence().abs().min(1.0) as f32;
+            let reading = Reading { truth: judged.truth, basis: judged.basis, confidence };
+            (judged.atom, reading)
+        });
+        (readings.collect(), doubts)
+    }
+
+    fn is_held(&self, name: &Name) -> bool {
+        matches!(&self.grip, Grip::Holds(held) if held == name)
+    }
+
+    fn frozen(&self) -> Frozen {
+        let Some(running) = &self.running else { return Frozen::default() };
+        let changes = &running.changes;
+        Frozen {
+            atoms: changes.add.union(&changes.delete).cloned().collect(),
+            carried: running.carried.clone(),
+        }
+    }
+
+    /// Objects that have been out of sight for too long; never the one in the gripper.
+    fn lost(&self, hidden_frames_max: u32) -> BTreeSet<Name> {
+        let lost = self.tracker.tracks.iter().filter(|t| t.hidden_frames > hidden_frames_max);
+        lost.map(|t| t.name.clone()).filter(|name| !self.is_held(name)).collect()
+    }
+
+    fn objects(&self, config: &ParserConfig) -> Vec<SceneObject> {
+        let seen = self.tracker.tracks.iter().map(|t| SceneObject {
+            name: t.name.clone(),
+            type_name: t.type_name.clone(),
+            pixel_box: Some(t.pixel_box),
+            volume: t.volume,
+            score: t.score,
+            visibility: if self.is_held(&t.name) {
+                Visibility::Held
+            } else if t.hidden_frames > 0 {
+                Visibility::Hidden
+            } else {
+                Visibility::Visible
+            },
+            seen_ns: t.seen_ns,
+        });
+        let declared = config.perception.implied.iter().map(|i| (&i.name, Some(&i.type_name)));
+        let constants = config.domain.constants.iter().map(|c| (&c.name, c.types.first()));
+        let implied = declared.chain(constants).map(|(name, type_name)| SceneObject {
+            name: name.clone(),
+            type_name: type_name.cloned().unwrap_or_else(|| "object".into()),
+            pixel_box: None,
+            volume: None,
+            score: 1.0,
+            visibility: Visibility::Implied,
+            seen_ns: 0,
+        });
+        seen.chain(implied).collect()
+    }
+
+    /// What the robot knows of itself; while a step runs, what that step is about to change keeps
+    /// its value.
+    fn own_facts(&self, config: &ParserConfig, objects: &[Typed], frozen: &Frozen) -> OwnFacts {
+        let raw = proprioception(&config.domain, &config.perception, objects, &self.grip);
+        let mut confirmed = raw.clone();
+        let is_own = |atom: &Atom| {
+            config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate)
+        };
+        let atoms: BTreeSet<Atom> = raw
+            .known
+            .iter()
+            .chain(&raw.unknown)
+            .chain(&self.confirmed.known)
+            .chain(&self.confirmed.unknown)
+            .filter(|atom| is_own(atom) && frozen.holds_back(atom))
+            .cloned()
+            .collect();
+        for atom in atoms {
+            let kept = self.confirmed.truth(&atom);
+            confirmed.set(atom, kept);
+        }
+        OwnFacts { raw, confirmed }
+    }
+
+    /// All facts that are raw or confirmed true or unknown.
+    fn facts(
+        &mut self,
+        config: &ParserConfig,
+        objects: &[Typed],
+        own: &OwnFacts,
+    ) -> Vec<SceneFact> {
+        let (mut raw, mut confirmed) = (own.raw.clone(), own.confirmed.clone());
+        for (atom, entry) in &self.belief.entries {
+            raw.set(atom.clone(), entry.raw);
+            confirmed.set(atom.clone(), entry.confirmed);
+        }
+        let types = &config.domain.types;
+        let raw = complete(&config.rules, types, objects, &raw);
+        let confirmed = complete(&config.rules, types, objects, &confirmed);
+        let atoms: BTreeSet<&Atom> =
+            [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
+                .into_iter()
+                .flatten()
+                .collect();
+        let facts = atoms.into_iter().map(|atom| {
+            let entry = self.belief.entries.get(atom);
+            let is_own =
+                config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate);
+            let otherwise = if is_own { Origin::Proprioceptive } else { Origin::Completed };
+            SceneFact {
+                atom: atom.clone(),
+                raw: raw.truth(atom),
+                confirmed: confirmed.truth(atom),
+                origin: entry.map_or(otherwise, |e| e.origin),
+                confidence: entry.map_or(1.0, |e| e.confidence),
+            }
+        });
+        let facts = facts.collect();
+        self.confirmed = confirmed;
+        facts
+    }
+}
+
+/// What the robot says of itself now, and what of it counts.
+struct OwnFacts {
+    raw: Facts,
+    confirmed: Facts,
+}
+
+/// The step that a command's label names; `None` when it names none.
+fn step_of(label: &str) -> Option<Step> {
+    let source = SourceText { name: "command".to_owned(), text: label.to_owned() };
+    parse_plan(&source).ok()?.into_iter().next()
+}
+
+/// What was detected, with its place in the world and the goal's names for it.
+fn sightings(
+    config: &ParserConfig,
+    context: &FrameContext<'_>,
+    Sighted { objects, phrases }: Sighted,
+) -> Vec<Sighting> {
+    let names: Vec<Name> = objects.iter().map(|d| d.type_name.clone()).collect();
+    let merged = merge(&names, &objects, &phrases, MergeRule::Fitting);
+    for reason in &merged.unplaced {
+        tracing::debug!(reason, "a phrase of the goal names nothing");
+    }
+    let mut sightings: Vec<Sighting> =
+        objects.into_iter().map(|detection| sight(config, context, detection)).collect();
+    for placed in merged.placed {
+        sightings[placed.detection_idx].phrase = Some(placed.name);
+    }
+    sightings
+}
+
+/// A detection with its place in the world.
+fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection) -> Sighting {
+    let spec = config.perception.type_spec(&detection.type_name);
+    let measured = match (spec, &context.depth, context.model) {
+        (Some(spec), Some(depth), Some(model)) => volume_of(&detection, depth, model, spec.depth),
+        _ => None,
+    };
+    Sighting { detection, measured, phrase: None }
+}

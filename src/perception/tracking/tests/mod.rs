@@ -1,0 +1,223 @@
+//! Frames by hand: detections, robot states and statuses in, scenes out.
+
+mod doubts;
+mod facts;
+mod names;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
+
+use super::*;
+use crate::geometry::{Intrinsics, PixelBox, RowRun};
+use crate::logic::Truth;
+use crate::messages::{CommandKind, Motion, StatusKind};
+use crate::pddl::Atom;
+use crate::perception::grounders::{Basis, Evidence, Grounding, Judged};
+use crate::perception::model::ObjectBox;
+use crate::perception::{DepthView, Detection, PhraseBox, Sighted};
+use crate::run::DomainFolder;
+use crate::scene::{Scene, Visibility};
+
+const WIDTH: usize = 640;
+const HEIGHT: usize = 480;
+/// Edge of a block: 50 pixels, 5 cm.
+const EDGE: f64 = 50.0;
+const CONFIRM_FRAMES: u32 = 3;
+const HIDDEN_FRAMES_MAX: u32 = 5;
+
+/// A block is on another when its box stands on the other's.
+struct Touching;
+
+impl Grounder for Touching {
+    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
+        let is_block = |o: &&ObjectBox| o.type_name == "block";
+        let mut judged = Vec::new();
+        for above in objects.iter().filter(is_block) {
+            for below in objects.iter().filter(is_block).filter(|b| b.name != above.name) {
+                let (a, b) = (above.pixel_box, below.pixel_box);
+                let truth = (a.y2 - b.y1).abs() < 5.0 && (a.centre().0 - b.centre().0).abs() < 25.0;
+                let atom = Atom::new("on", &[above.name.as_str(), below.name.as_str()]);
+                let evidence = Evidence { exemplar: "none".to_owned(), atom: atom.clone() };
+                let evidence = Arc::new(evidence);
+                judged.push(Judged {
+                    atom,
+                    truth: Truth::from(truth),
+                    basis: Basis::Observed,
+                    d_pos: if truth { 1.0 } else { 3.0 },
+                    d_neg: if truth { 3.0 } else { 1.0 },
+                    nearest_pos: Arc::clone(&evidence),
+                    nearest_neg: evidence,
+                });
+            }
+        }
+        Grounding { judged, doubts: Vec::new() }
+    }
+}
+
+/// One pixel is one millimetre: the camera looks along y at a plane one metre away, and the lower
+/// edge of the picture is the table.
+fn camera() -> CameraModel {
+    let axes = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    CameraModel {
+        intrinsics: Intrinsics { fx: 1000.0, fy: 1000.0, cx: 320.0, cy: 240.0 },
+        world_from_camera: Isometry3::from_parts(Translation3::new(0.0, -1.0, 0.24), rotation),
+    }
+}
+
+fn detection(type_name: &str, label: &str, edges: [f64; 4]) -> Detection {
+    let row = |y| RowRun { y, x_start: edges[0] as u32, x_end: edges[2] as u32 };
+    Detection {
+        name: None,
+        type_name: type_name.into(),
+        label: label.into(),
+        pixel_box: PixelBox::from(edges),
+        score: 1.0,
+        mask: (edges[1] as u32..edges[3] as u32).map(row).collect(),
+    }
+}
+
+/// A block with its middle at `x` millimetres, `level` blocks above the table.
+fn block(colour: &str, x: f64, level: f64) -> Detection {
+    let (left, bottom) = (320.0 + x - EDGE / 2.0, HEIGHT as f64 - level * EDGE);
+    detection("block", colour, [left, bottom - EDGE, left + EDGE, bottom])
+}
+
+/// A robot far above the picture.
+fn robot() -> RobotState {
+    RobotState {
+        capture_ns: 0,
+        position: Point3::new(0.0, 0.025, 0.6),
+        yaw_rad: 0.0,
+        opening_m: 0.05,
+        holding: false,
+        command_id: None,
+        phase: 0,
+        answered: None,
+    }
+}
+
+/// A scene parser whose camera and robot are the test.
+struct Eyes {
+    config: ParserConfig,
+    parser: SceneParser,
+    robot: RobotState,
+    commands: Vec<Command>,
+    statuses: Vec<Status>,
+    /// Where the goal's phrases are in the next frame.
+    phrases: Vec<PhraseBox>,
+    n_frames: u64,
+}
+
+impl Eyes {
+    fn new(domain: &str) -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("domains").join(domain);
+        let folder = DomainFolder::read(&path).unwrap();
+        let belief = BeliefConfig {
+            confirm_frames: CONFIRM_FRAMES,
+            hidden_frames_max: HIDDEN_FRAMES_MAX,
+            grasp_reach_m: 0.03,
+        };
+        let hull =
+            HullConfig { beyond_jaws_m: 0.02, half_depth_m: 0.02, below_m: 0.01, above_m: 0.5 };
+        let config = ParserConfig {
+            domain: folder.domain,
+            perception: folder.perception,
+            rules: folder.rules,
+            skills: folder.skills.unwrap(),
+            grounder: Box::new(Touching),
+            belief,
+            hull: Some(hull),
+        };
+        Self {
+            config,
+            parser: SceneParser::default(),
+            robot: robot(),
+            commands: Vec::new(),
+            statuses: Vec::new(),
+            phrases: Vec::new(),
+            n_frames: 0,
+        }
+    }
+
+    /// The scene of the next frame.
+    fn look(&mut self, detections: &[Detection]) -> Scene {
+        self.n_frames += 1;
+        let depth_m = vec![1.0; WIDTH * HEIGHT];
+        let cause = Cause {
+            cycle: self.n_frames,
+            frame_sequence: self.n_frames,
+            capture_ns: self.n_frames * 100,
+            frame_send_ns: 0,
+        };
+        let (commands, statuses) =
+            (std::mem::take(&mut self.commands), std::mem::take(&mut self.statuses));
+        let model = camera();
+        let context = FrameContext {
+            cause,
+            depth: DepthView::new(WIDTH, HEIGHT, &depth_m).ok(),
+            model: Some(&model),
+            robot: Some(&self.robot),
+            commands: &commands,
+            statuses: &statuses,
+        };
+        let phrases = std::mem::take(&mut self.phrases);
+        let sighted = Sighted { objects: detections.to_vec(), phrases };
+        self.parser.parse(&self.config, &context, sighted)
+    }
+
+    /// The last of some frames that all look the same.
+    fn stare(&mut self, n_frames: u32, detections: &[Detection]) -> Scene {
+        let scenes = (0..n_frames).map(|_| self.look(detections));
+        scenes.last().unwrap()
+    }
+
+    /// With the next frame, the robot is told to carry out a step.
+    fn start(&mut self, label: &str) {
+        self.commands.push(Command {
+            id: 1,
+            frame_sequence: self.n_frames,
+            capture_ns: 0,
+            kind: CommandKind::Start(Motion::default()),
+            label: label.to_owned(),
+        });
+    }
+
+    /// With the next frame, the robot says how the step ended.
+    fn end(&mut self, kind: StatusKind) {
+        self.statuses.push(Status { sequence: 0, capture_ns: 0, command_id: 1, kind });
+    }
+
+    /// The gripper closes at `x` millimetres and some height.
+    fn grasp(&mut self, x: f64, z: f64) {
+        self.robot.position = Point3::new(x / 1000.0, 0.025, z / 1000.0);
+        self.robot.holding = true;
+    }
+}
+
+fn atom(text: &str) -> Atom {
+    let words: Vec<&str> = text.split(' ').collect();
+    Atom::new(words[0], &words[1..])
+}
+
+/// Believed truth values.
+#[track_caller]
+fn check(scene: &Scene, expect: &[(&str, Truth)]) {
+    for (text, truth) in expect {
+        assert_eq!(scene.confirmed().truth(&atom(text)), *truth, "({text})");
+    }
+}
+
+/// What is seen of an object: its visibility and the middle column of its box.
+fn seen(scene: &Scene, name: &str) -> (Visibility, f64) {
+    let object = scene.object(name).unwrap();
+    (object.visibility, object.pixel_box.unwrap().centre().0 - 320.0)
+}
+
+/// Names of the visible types' objects, in the scene's order.
+fn names(scene: &Scene) -> Vec<&str> {
+    let seen = scene.objects.iter().filter(|o| o.visibility != Visibility::Implied);
+    seen.map(|o| o.name.as_str()).collect()
+}

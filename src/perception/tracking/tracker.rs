@@ -1,0 +1,255 @@
+//! Names are identities: which detection is which known object.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::BeliefConfig;
+use super::occlusion::is_covered;
+use crate::geometry::{PixelBox, RowRun, Volume};
+use crate::pddl::Name;
+use crate::perception::model::Perception;
+use crate::perception::{Detection, Measured, name_detections, unused_name};
+
+/// Weight of a new measurement of an object that rests.
+const SMOOTHING: f64 = 0.3;
+/// A measured middle further away than this has moved; nearer, it is smoothed. Metres.
+const MOVED_M: f64 = 0.01;
+/// Least overlap (intersection over union) by which a new detection goes on with the candidate of the last frame.
+const SAME_IOU_MIN: f64 = 0.3;
+
+/// An object that is known by name.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub(super) name: Name,
+    pub(super) type_name: Name,
+    label: Name,
+    pub(super) pixel_box: PixelBox,
+    pub(super) volume: Option<Volume>,
+    pub(super) mask: Option<Arc<[RowRun]>>,
+    pub(super) score: f32,
+    pub(super) seen_ns: u64,
+    /// Frames since it was last seen whole.
+    pub(super) hidden_frames: u32,
+    /// What a phrase of the goal calls it, and for how many frames in a row.
+    called: Option<(Name, u32)>,
+    /// Whether its name is a phrase of the goal: then it keeps it.
+    is_phrase: bool,
+}
+
+/// Something that was seen, but not for long enough to be an object.
+#[derive(Debug, Clone)]
+struct Candidate {
+    detection: Detection,
+    volume: Option<Volume>,
+    phrase: Option<Name>,
+    frames: u32,
+}
+
+/// All objects that have been seen in this episode.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tracker {
+    pub(super) tracks: Vec<Track>,
+    candidates: Vec<Candidate>,
+}
+
+/// One detection with its place in the world.
+#[derive(Debug, Clone)]
+pub(super) struct Sighting {
+    pub(super) detection: Detection,
+    pub(super) measured: Option<Measured>,
+    /// The name that a phrase of the goal gives it.
+    pub(super) phrase: Option<Name>,
+}
+
+/// An object that goes by the goal's phrase from now on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Renamed {
+    pub(super) from: Name,
+    pub(super) to: Name,
+}
+
+impl Tracker {
+    /// Takes in one frame.
+    pub(super) fn update(
+        &mut self,
+        sightings: Vec<Sighting>,
+        occluders: &[PixelBox],
+        capture_ns: u64,
+        (perception, config): (&Perception, &BeliefConfig),
+    ) {
+        let mut free: Vec<Option<Sighting>> = sightings.into_iter().map(Some).collect();
+        let pairs = self.pairs(&free);
+        let mut matched = vec![None; self.tracks.len()];
+        for (_, track_idx, sighting_idx) in pairs {
+            if matched[track_idx].is_none() && free[sighting_idx].is_some() {
+                matched[track_idx] = free[sighting_idx].take();
+            }
+        }
+        for (track, sighting) in self.tracks.iter_mut().zip(matched) {
+            match sighting {
+                Some(sighting) if !track.is_hidden_by(&sighting, occluders) => {
+                    track.see(&sighting, capture_ns);
+                }
+                _ => track.hidden_frames = track.hidden_frames.saturating_add(1),
+            }
+        }
+        let born = free.into_iter().flatten();
+        let born = born.filter(|s| !is_covered(&s.detection.pixel_box, occluders));
+        self.propose(born.collect());
+        self.promote(capture_ns, perception, config);
+    }
+
+    /// Gives objects the names by which phrases of the goal have called them for `confirm_frames`
+    /// frames in a row. Names are identities: an object is renamed at most once, and never to a
+    /// name that is taken.
+    pub(super) fn rename(&mut self, confirm_frames: u32) -> Vec<Renamed> {
+        let mut renamed = Vec::new();
+        for idx in 0..self.tracks.len() {
+            let track = &self.tracks[idx];
+            let Some((to, frames)) = track.called.clone() else { continue };
+            let is_free = self.tracks.iter().all(|other| other.name != to);
+            if track.is_phrase || frames < confirm_frames || !is_free {
+                continue;
+            }
+            let track = &mut self.tracks[idx];
+            let from = std::mem::replace(&mut track.name, to.clone());
+            track.is_phrase = true;
+            renamed.push(Renamed { from, to });
+        }
+        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+        renamed
+    }
+
+    /// All possible matches of tracks with sightings, best first.
+    fn pairs(&self, sightings: &[Option<Sighting>]) -> Vec<(f64, usize, usize)> {
+        let mut pairs = Vec::new();
+        for (track_idx, track) in self.tracks.iter().enumerate() {
+            for (sighting_idx, sighting) in sightings.iter().enumerate() {
+                let Some(Sighting { detection, .. }) = sighting else { continue };
+                if detection.type_name == track.type_name && detection.label == track.label {
+                    pairs.push((track.distance(detection), track_idx, sighting_idx));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        pairs
+    }
+
+    /// Detections that fit no track become candidates, or confirm those of the last frame.
+    fn propose(&mut self, born: Vec<Sighting>) {
+        let mut before = std::mem::take(&mut self.candidates);
+        for Sighting { detection, measured, phrase } in born {
+            let volume = measured.map(|measured| measured.volume);
+            let goes_on = before.iter().position(|c| {
+                c.detection.type_name == detection.type_name
+                    && c.detection.label == detection.label
+                    && c.detection.pixel_box.iou(&detection.pixel_box) >= SAME_IOU_MIN
+            });
+            // Taken out, so that of two pieces of one only one goes on.
+            let frames = goes_on.map_or(1, |at| before.swap_remove(at).frames + 1);
+            self.candidates.push(Candidate { detection, volume, phrase, frames });
+        }
+    }
+
+    /// Candidates that were seen often enough become objects, with a name.
+    fn promote(&mut self, capture_ns: u64, perception: &Perception, config: &BeliefConfig) {
+        let waits = self.waiting_types(perception, config);
+        let (ripe, unripe): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.candidates).into_iter().partition(|c| {
+                c.frames >= config.confirm_frames && !waits.contains(&c.detection.type_name)
+            });
+        self.candidates = unripe;
+        let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
+        let names = name_detections(perception, &detections);
+        for (candidate, name) in ripe.into_iter().zip(names) {
+            let phrase = candidate.phrase.filter(|p| self.tracks.iter().all(|t| t.name != *p));
+            let (is_phrase, name) = (phrase.is_some(), phrase.unwrap_or(name));
+            let name = unused_name(&name, &|name| self.tracks.iter().any(|t| t.name == *name));
+            let mask = candidate.detection.pixels();
+            self.tracks.push(Track {
+                name,
+                type_name: candidate.detection.type_name,
+                label: candidate.detection.label,
+                pixel_box: candidate.detection.pixel_box,
+                volume: candidate.volume,
+                mask,
+                score: candidate.detection.score,
+                seen_ns: capture_ns,
+                hidden_frames: 0,
+                called: None,
+                is_phrase,
+            });
+        }
+        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+    }
+
+    /// Types whose names say their order, while not all of them are in sight: "left" has a meaning
+    /// only beside "right". They wait at most `hidden_frames_max` frames.
+    fn waiting_types(&self, perception: &Perception, config: &BeliefConfig) -> BTreeSet<Name> {
+        let waits = perception.types.iter().filter(|spec| {
+            let of_type = self.candidates.iter().filter(|c| c.detection.type_name == spec.name);
+            let ripe = of_type.clone().filter(|c| c.frames >= config.confirm_frames).count();
+            let known = self.tracks.iter().any(|t| t.type_name == spec.name);
+            let patience = of_type.map(|c| c.frames).max().unwrap_or(0) < config.hidden_frames_max;
+            !spec.naming.list.is_empty() && !known && ripe != spec.naming.list.len() && patience
+        });
+        waits.map(|spec| spec.name.clone()).collect()
+    }
+}
+
+impl Track {
+    /// How unlike a detection is to this object: the distance of the middles and the difference
+    /// of the sizes, in pixels.
+    fn distance(&self, detection: &Detection) -> f64 {
+        let (a, b) = (&self.pixel_box, &detection.pixel_box);
+        let ((ax, ay), (bx, by)) = (a.centre(), b.centre());
+        let size = (a.width() - b.width()).hypot(a.height() - b.height());
+        (ax - bx).hypot(ay - by) + size
+    }
+
+    /// Whether a sighting may show a part of the object only.
+    fn is_hidden_by(&self, sighting: &Sighting, occluders: &[PixelBox]) -> bool {
+        let seen = &sighting.detection.pixel_box;
+        let in_place = seen.intersection(&self.pixel_box).area() > 0.0;
+        is_covered(seen, occluders) || (in_place && is_covered(&self.pixel_box, occluders))
+    }
+
+    fn see(&mut self, sighting: &Sighting, capture_ns: u64) {
+        self.pixel_box = sighting.detection.pixel_box;
+        self.mask = sighting.detection.pixels();
+        self.score = sighting.detection.score;
+        self.seen_ns = capture_ns;
+        self.hidden_frames = 0;
+        self.called = sighting.phrase.clone().map(|phrase| match self.called.take() {
+            Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
+            Some(_) | None => (phrase, 1),
+        });
+        let measured = match (self.volume, sighting.measured) {
+            (Some(known), Some(measured)) => measured.completed(&known),
+            (None, Some(measured)) => Some(measured.volume),
+            (_, None) => None,
+        };
+        self.volume = match (self.volume, measured) {
+            (Some(old), Some(new)) => Some(smooth(old, new)),
+            (old, new) => new.or(old),
+        };
+    }
+}
+
+/// Averages measurements of an object at rest; follows one that has moved.
+fn smooth(old: Volume, new: Volume) -> Volume {
+    let moved = (old.centre - new.centre).norm() > MOVED_M;
+    let grown = old.extent.iter().zip(new.extent).any(|(a, b)| (a - b).abs() > MOVED_M);
+    if moved || grown {
+        return new;
+    }
+    let mix = |a: f64, b: f64| a + SMOOTHING * (b - a);
+    Volume {
+        centre: old.centre + (new.centre - old.centre) * SMOOTHING,
+        extent: [
+            mix(old.extent[0], new.extent[0]),
+            mix(old.extent[1], new.extent[1]),
+            mix(old.extent[2], new.extent[2]),
+        ],
+    }
+}

@@ -1,0 +1,73 @@
+//! `[planner]` of a run file.
+
+use serde::Deserialize;
+
+use crate::messages::{Reuse, Rung};
+use crate::mismatch::Mismatch;
+use crate::planning::Budget;
+
+/// `[planner]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannerConfig {
+    /// A key of `planners::PLANNERS`.
+    pub name: String,
+    /// When the followed plan is kept.
+    pub reuse: Reuse,
+    /// The rungs of the replanning ladder that are switched on, in any order.
+    pub rungs: Vec<Rung>,
+    /// Most states that one call expands.
+    pub expansions_max: u64,
+    /// Most states that the admissible search expands before the satisficing one takes over.
+    pub optimal_expansions_max: u64,
+    /// Most states that one call expands to make a plan cheaper.
+    pub improve_expansions_max: u64,
+    /// How long one call may search, milliseconds; in lockstep only the counts bound it.
+    pub deadline_ms: u64,
+    /// Cost that each failure adds to an action.
+    pub failure_penalty: u32,
+    /// The goal-rooted distance table.
+    pub table: TableConfig,
+    /// The planner's own options.
+    pub options: Option<toml::Table>,
+}
+
+/// `[planner.table]`: the goal-rooted distance table, which is made beside the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableConfig {
+    /// Most states.
+    pub states_max: u64,
+    /// Most memory, bytes.
+    pub bytes_max: u64,
+    /// In lockstep a table is used from so many cycles after it was asked for, and waited for then.
+    pub adopt_after_cycles: u64,
+}
+
+impl PlannerConfig {
+    /// For single calls outside a loop: a planner by its name, within a budget.
+    pub fn single(name: &str, budget: &Budget) -> Self {
+        Self {
+            name: name.to_owned(),
+            reuse: Reuse::Valid,
+            rungs: vec![Rung::Search],
+            expansions_max: budget.greedy_expansions_max,
+            optimal_expansions_max: budget.optimal_expansions_max,
+            improve_expansions_max: 0,
+            deadline_ms: u64::MAX,
+            failure_penalty: 0,
+            table: TableConfig { states_max: 0, bytes_max: 0, adopt_after_cycles: 0 },
+            options: None,
+        }
+    }
+
+    /// Checks what types cannot say.
+    pub(crate) fn check(&self) -> Result<(), Mismatch> {
+        if self.rungs.contains(&Rung::Search) {
+            return Ok(());
+        }
+        let names: Vec<&str> = self.rungs.iter().map(|rung| rung.name()).collect();
+        let expected = "\"search\" among them, since the first plan comes from there";
+        Err(Mismatch::new("planner.rungs", expected, names.join(", ")))
+    }
+}

@@ -1,0 +1,63 @@
+//! Derived atoms of packed states.
+
+use super::formula::{Test, bit};
+
+/// Ground rules, stratum by stratum.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Axioms {
+    strata: Vec<RuleSet>,
+    /// First derived atom; all later ones are derived too.
+    first: u32,
+}
+
+/// The ground rules of one stratum.
+#[derive(Debug, Clone)]
+pub(crate) struct RuleSet {
+    /// (head, body) of each rule.
+    pub(crate) rules: Vec<(u32, Test)>,
+    /// Whether bodies may ask for heads of this set.
+    pub(crate) recursive: bool,
+}
+
+impl Axioms {
+    /// `first` is the number of the first derived atom.
+    pub(crate) fn new(strata: Vec<RuleSet>, first: u32) -> Self {
+        let strata = strata.into_iter().filter(|set| !set.rules.is_empty()).collect();
+        Self { strata, first }
+    }
+
+    /// Whether there are no rules.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.strata.is_empty()
+    }
+
+    /// Number of the first derived atom; all later ones are derived too.
+    pub(crate) fn first(&self) -> u32 {
+        self.first
+    }
+
+    /// Recomputes the derived atoms of a state: the least fixpoint of each stratum in turn.
+    pub(crate) fn complete(&self, state: &mut [u64]) {
+        if self.strata.is_empty() {
+            return;
+        }
+        let word = self.first as usize / 64;
+        state[word] &= (1 << (self.first % 64)) - 1;
+        state[word + 1..].fill(0);
+        for RuleSet { rules, recursive } in &self.strata {
+            while pass(rules, state) && *recursive {}
+        }
+    }
+}
+
+/// Applies each rule once; returns whether that made anything true.
+fn pass(rules: &[(u32, Test)], state: &mut [u64]) -> bool {
+    let mut changed = false;
+    for (head, body) in rules {
+        if !bit(state, *head) && body.holds(state) {
+            state[*head as usize / 64] |= 1 << (*head % 64);
+            changed = true;
+        }
+    }
+    changed
+}

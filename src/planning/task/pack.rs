@@ -1,0 +1,175 @@
+//! From a draft over the grounder's numbers to packed masks.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::axioms::{Axioms, RuleSet};
+use super::formula::{Formula, Test};
+use super::ground::{GroundEffect, Grounder, Kind};
+use super::schema::Symbols;
+use super::successors::Successors;
+use super::{Draft, DraftAction, Operator, PackedEffect, Task, TaskError, TaskInput, prune};
+use crate::pddl::{Atom, Name, Step, stratify};
+use crate::planning::heuristics::Prepared;
+
+/// Turns a draft into a task: renumbers the atoms that matter and packs everything.
+pub(crate) struct Packing<'a> {
+    pub(crate) input: &'a TaskInput<'a>,
+    pub(crate) symbols: &'a Symbols<'a>,
+    pub(crate) grounder: &'a Grounder<'a>,
+}
+
+impl Packing<'_> {
+    /// Packs a draft.
+    pub(crate) fn pack(&self, mut draft: Draft) -> Result<Task, TaskError> {
+        let n_before = self.grounder.atoms.len();
+        let relevant = prune::irrelevant(&mut draft, n_before);
+        let of_kind = |kind: Kind| {
+            (0..n_before as u32).filter(move |&a| relevant_kind(self.grounder, a) == kind)
+        };
+        let kept = of_kind(Kind::Fluent).chain(of_kind(Kind::Derived));
+        let kept: Vec<u32> = kept.filter(|&a| relevant[a as usize]).collect();
+        let is_fluent = |a: &&u32| relevant_kind(self.grounder, **a) == Kind::Fluent;
+        let n_fluents = kept.iter().filter(is_fluent).count() as u32;
+        let mut number = vec![0; n_before];
+        kept.iter().zip(0..).for_each(|(&old, new)| number[old as usize] = new);
+        draft.replace(&|atom, wanted| Formula::literal(number[atom as usize], wanted));
+
+        let atoms: Vec<Atom> = kept.iter().map(|&old| self.atom(old)).collect();
+        let ids = atoms.iter().cloned().zip(0..).collect();
+        let words = atoms.len().div_ceil(64).max(1);
+        let rules = draft.rules.into_iter();
+        let rules: Vec<(u32, Formula)> =
+            rules.map(|(head, body)| (number[head as usize], body)).collect();
+        let axioms = self.axioms(&rules, &atoms, n_fluents)?;
+        let (costs, cost_scale) = self.costs(&draft.actions)?;
+        let operators = draft
+            .actions
+            .into_iter()
+            .zip(costs)
+            .map(|(action, cost)| self.operator(action, cost, &number));
+        let operators: Vec<Operator> = operators.collect();
+        let successors = Successors::new(&operators, atoms.len(), words);
+        let goal_test = Test::new(&draft.goal);
+        let recursive = recursive_heads(&rules, &atoms);
+        let goal = draft.goal;
+        Ok(Task {
+            atoms,
+            ids,
+            words,
+            operators,
+            successors,
+            goal,
+            goal_test,
+            rules,
+            recursive,
+            axioms,
+            cost_scale,
+            prepared: Prepared::default(),
+        })
+    }
+
+    fn object(&self, object: u32) -> Name {
+        self.symbols.objects[object as usize].name.clone()
+    }
+
+    fn atom(&self, number: u32) -> Atom {
+        let (predicate, args) = &self.grounder.atoms[number as usize];
+        let predicate = self.symbols.predicates[*predicate as usize].clone();
+        Atom { predicate, args: args.iter().map(|&a| self.object(a)).collect() }
+    }
+
+    fn axioms(
+        &self,
+        rules: &[(u32, Formula)],
+        atoms: &[Atom],
+        n_fluents: u32,
+    ) -> Result<Axioms, TaskError> {
+        let axioms = &self.input.domain.axioms;
+        let strata = stratify(axioms)?;
+        let strata = strata.iter().map(|stratum| {
+            let heads: BTreeSet<&Name> =
+                stratum.rules.iter().map(|&idx| &axioms[idx].head.name).collect();
+            let of_stratum =
+                rules.iter().filter(|(head, _)| heads.contains(&atoms[*head as usize].predicate));
+            let rules = of_stratum.map(|(head, body)| (*head, Test::new(body))).collect();
+            RuleSet { rules, recursive: stratum.recursive }
+        });
+        Ok(Axioms::new(strata.collect(), n_fluents))
+    }
+
+    fn operator(&self, action: DraftAction, cost: u64, number: &[u32]) -> Operator {
+        let DraftAction { schema, args, precondition, mut effects, .. } = action;
+        for (atom, _) in effects.iter_mut().flat_map(|e| &mut e.changes) {
+            *atom = number[*atom as usize];
+        }
+        let step = Step {
+            action: self.input.domain.actions[schema].name.clone(),
+            args: args.iter().map(|&a| self.object(a)).collect(),
+        };
+        let masks = |effect: &GroundEffect, added: bool| {
+            let mut words: BTreeMap<u32, u64> = BTreeMap::new();
+            for (atom, _) in effect.changes.iter().filter(|(_, a)| *a == added) {
+                *words.entry(atom / 64).or_default() |= 1 << (atom % 64);
+            }
+            words.into_iter().collect()
+        };
+        let changes = effects.iter().map(|effect| PackedEffect {
+            test: Test::new(&effect.condition),
+            clear: masks(effect, false),
+            set: masks(effect, true),
+        });
+        let changes = changes.collect();
+        let test = Test::new(&precondition);
+        Operator { step, cost, precondition, effects, test, changes }
+    }
+
+    /// The cost of each action in whole units, and how many units make 1.
+    fn costs(&self, actions: &[DraftAction]) -> Result<(Vec<u64>, u64), TaskError> {
+        if !self.input.minimise_cost {
+            return Ok((vec![1; actions.len()], 1));
+        }
+        let value = |(name, args): &(Name, Vec<u32>)| {
+            let args = args.iter().map(|&a| self.object(a)).collect();
+            let function = Atom { predicate: name.clone(), args };
+            let found = self.input.costs.get(&function).copied();
+            found.ok_or(TaskError::NoCost { function })
+        };
+        let cost = |action: &DraftAction| {
+            let functions = action.cost.functions.iter().map(value);
+            functions.sum::<Result<f64, _>>().map(|sum| sum + action.cost.number)
+        };
+        let costs = actions.iter().map(cost).collect::<Result<Vec<f64>, _>>()?;
+        let whole = |scale: u64| costs.iter().all(|c| (c * scale as f64).fract() == 0.0);
+        let scale = [1, 10, 100].into_iter().find(|&scale| whole(scale)).unwrap_or(1000);
+        // Rounding is to nearest; `as` saturates, and sums of costs saturate too.
+        Ok((costs.iter().map(|c| (c * scale as f64).round() as u64).collect(), scale))
+    }
+}
+
+fn relevant_kind(grounder: &Grounder<'_>, atom: u32) -> Kind {
+    grounder.kind(grounder.atoms[atom as usize].0)
+}
+
+/// The heads whose predicate depends on itself, whatever the way.
+fn recursive_heads(rules: &[(u32, Formula)], atoms: &[Atom]) -> BTreeSet<u32> {
+    let predicate = |atom: u32| &atoms[atom as usize].predicate;
+    let mut uses: BTreeMap<&Name, BTreeSet<&Name>> = BTreeMap::new();
+    for (head, body) in rules {
+        let used = uses.entry(predicate(*head)).or_default();
+        body.each_literal(&mut |atom, _| {
+            used.insert(predicate(atom));
+        });
+    }
+    let reaches_itself = |head: &Name| {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![head];
+        while let Some(name) = open.pop() {
+            let used = uses.get(name).into_iter().flatten().copied();
+            open.extend(used.filter(|&next| seen.insert(next)));
+        }
+        seen.contains(head)
+    };
+    let recursive: BTreeSet<&Name> = uses.keys().copied().filter(|&h| reaches_itself(h)).collect();
+    let heads = rules.iter().map(|(head, _)| *head);
+    heads.filter(|&head| recursive.contains(predicate(head))).collect()
+}

@@ -1,0 +1,159 @@
+//! What can be wrong with files and settings.
+
+use thiserror::Error;
+
+use crate::actors::Fatal;
+use crate::goals::GoalError;
+use crate::mismatch::Mismatch;
+use crate::pddl::PddlError;
+use crate::perception::ImageError;
+use crate::perception::detectors::DetectorError;
+use crate::perception::model::{ExemplarError, PerceptionError};
+use crate::planners::PlannerError;
+use crate::skills::BookError;
+use crate::transport::TransportError;
+
+/// A file or setting is not usable. Every message names the file, and the line or key.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// A file cannot be read.
+    #[error("{path}: {reason}")]
+    File {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        reason: String,
+    },
+    /// A TOML file has bad syntax, an unknown key, or a value of the wrong type.
+    #[error("{path}: {message}")]
+    Toml {
+        /// The file.
+        path: String,
+        /// The parser's message, with line, column and the line itself.
+        message: String,
+    },
+    /// A `--set key=value` is not understood.
+    #[error("--set {text}: {reason}")]
+    Set {
+        /// What was given.
+        text: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A key has a value that cannot be.
+    #[error("{key}: expected {expected}, got {got}")]
+    Value {
+        /// The key.
+        key: String,
+        /// What may stand there.
+        expected: String,
+        /// What does.
+        got: String,
+    },
+    /// The same.
+    #[error(transparent)]
+    Mismatch(#[from] Mismatch),
+    /// A PDDL file is not usable.
+    #[error(transparent)]
+    Pddl(#[from] PddlError),
+    /// `perception.toml` is not usable.
+    #[error(transparent)]
+    Perception(#[from] PerceptionError),
+    /// `skills.toml` is not usable.
+    #[error(transparent)]
+    Skills(#[from] BookError),
+    /// A labelled example is not usable.
+    #[error(transparent)]
+    Exemplar(#[from] ExemplarError),
+    /// The goal, or `language.toml`, is not usable.
+    #[error(transparent)]
+    Goal(#[from] GoalError),
+    /// A detector cannot be made.
+    #[error(transparent)]
+    Detector(#[from] DetectorError),
+    /// A planner cannot be made.
+    #[error(transparent)]
+    Planner(PlannerError),
+    /// An image is not usable.
+    #[error("{path}: {source}")]
+    Image {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: ImageError,
+    },
+    /// An optional part is missing: exit code 5.
+    #[error("{what} is missing: {how}")]
+    Missing {
+        /// What.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+}
+
+impl ConfigError {
+    /// The error as people read it: PDDL and instructions with their words underlined.
+    pub fn render(&self) -> String {
+        match self {
+            Self::Pddl(error) | Self::Exemplar(ExemplarError::State(error)) => error.render(),
+            Self::Goal(error) => error.render(),
+            Self::File { .. }
+            | Self::Toml { .. }
+            | Self::Set { .. }
+            | Self::Value { .. }
+            | Self::Mismatch(_)
+            | Self::Perception(_)
+            | Self::Skills(_)
+            | Self::Exemplar(_)
+            | Self::Detector(_)
+            | Self::Planner(_)
+            | Self::Image { .. }
+            | Self::Missing { .. } => self.to_string(),
+        }
+    }
+}
+
+impl From<PlannerError> for ConfigError {
+    fn from(error: PlannerError) -> Self {
+        match error {
+            PlannerError::Missing { what, how } => Self::Missing { what, how },
+            other @ PlannerError::Options { .. } => Self::Planner(other),
+        }
+    }
+}
+
+/// Why an episode ended without a verdict.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A file or setting is not usable.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The bus does not open.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// Something failed that no restart can help.
+    #[error(transparent)]
+    Fatal(#[from] Fatal),
+    /// A picture cannot be written.
+    #[error("{path}: {reason}")]
+    Snapshot {
+        /// The file.
+        path: String,
+        /// The reason.
+        reason: String,
+    },
+}
+
+impl RunError {
+    /// The process's exit code for it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Config(ConfigError::Missing { .. }) | Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
+            Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
+            Self::Fatal(Fatal::GaveUp { .. }) => 4,
+            Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
+        }
+    }
+}

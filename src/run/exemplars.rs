@@ -1,0 +1,209 @@
+//! Reading labelled examples and the images they belong to.
+
+use std::path::{Path, PathBuf};
+
+use image::RgbImage;
+
+use super::{ConfigError, DomainFolder, ExemplarConfig, read_text};
+use crate::hardware::file::read_rgb;
+use crate::pddl::SourceText;
+use crate::perception::ImageView;
+use crate::perception::detectors::{DETECTORS, Detector, DetectorSettings};
+use crate::perception::grounders::{GROUNDERS, Grounder};
+use crate::perception::model::{Exemplar, ExemplarText, Exemplars};
+
+/// Endings of image files, in the order in which they are looked for.
+const IMAGE_ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
+
+/// Endings of files beside the boxes, which are no examples of their own.
+const BESIDE: [&str; 2] = [".masks.json", ".volumes.json"];
+
+/// Reads an image file (PNG or JPEG) as RGB.
+///
+/// # Errors
+/// [`ConfigError::File`] naming the file: missing, truncated, or not an image.
+pub fn read_image(path: &Path) -> Result<RgbImage, ConfigError> {
+    read_rgb(path)
+        .map_err(|e| ConfigError::File { path: path.display().to_string(), reason: e.to_string() })
+}
+
+/// Reads one labelled example from its three files.
+///
+/// # Errors
+/// [`ConfigError`] naming file and field.
+pub fn exemplar_from_files(
+    image: &Path,
+    boxes: &Path,
+    state: &Path,
+    folder: &DomainFolder,
+) -> Result<(RgbImage, Exemplar), ConfigError> {
+    let picture = read_image(image)?;
+    let source = |path: &Path| -> Result<SourceText, ConfigError> {
+        Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
+    };
+    let beside = |ending: &str| -> Result<Option<SourceText>, ConfigError> {
+        let path = Some(boxes.with_extension(ending)).filter(|path| path.is_file());
+        path.map(|path| source(&path)).transpose()
+    };
+    let text = ExemplarText {
+        boxes: source(boxes)?,
+        state: source(state)?,
+        volumes: beside("volumes.json")?,
+        masks: beside("masks.json")?,
+        image_size: [picture.width(), picture.height()],
+    };
+    let exemplar = Exemplar::parse(&text, &folder.domain)?;
+    Ok((picture, exemplar))
+}
+
+impl ExemplarConfig {
+    /// Reads all labelled examples of this camera set-up.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming file and field; examples of different image sizes do not go together.
+    pub fn read(
+        &self,
+        folder: &DomainFolder,
+        data: Option<&Path>,
+    ) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
+        let files = self.files(folder, data)?;
+        let read = files.iter().map(|[i, b, s]| exemplar_from_files(i, b, s, folder));
+        read.collect()
+    }
+
+    fn files(
+        &self,
+        folder: &DomainFolder,
+        data: Option<&Path>,
+    ) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
+        match (&self.folder, &self.image, &self.boxes, &self.state) {
+            (Some(name), None, None, None) => in_folder(&folder.path.join("exemplar").join(name)),
+            (None, Some(image), Some(boxes), Some(state)) => Ok(vec![[
+                self.resolve(image, data)?,
+                self.resolve(boxes, data)?,
+                self.resolve(state, data)?,
+            ]]),
+            _ => Err(ConfigError::Value {
+                key: "perception.exemplar".to_owned(),
+                expected: "either folder, or image, boxes and state".to_owned(),
+                got: "something else".to_owned(),
+            }),
+        }
+    }
+
+    fn resolve(&self, text: &str, data: Option<&Path>) -> Result<PathBuf, ConfigError> {
+        let number = self.number.map(|n| n.to_string()).unwrap_or_default();
+        in_data("perception.exemplar", &text.replace("{n}", &number), data)
+    }
+}
+
+/// A path in which `$data` may stand for the folder given with `--data`; `key` is where it is written.
+///
+/// # Errors
+/// [`ConfigError::Value`] when it does and no folder is given.
+pub(crate) fn in_data(key: &str, text: &str, data: Option<&Path>) -> Result<PathBuf, ConfigError> {
+    let Some(rest) = text.strip_prefix("$data/") else { return Ok(PathBuf::from(text)) };
+    data.map(|data| data.join(rest)).ok_or_else(|| ConfigError::Value {
+        key: key.to_owned(),
+        expected: "--data DIR, the folder that $data stands for".to_owned(),
+        got: "none".to_owned(),
+    })
+}
+
+/// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and where they
+/// are known `x.masks.json` and `x.volumes.json`.
+fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
+    let fault = |path: &Path, reason: String| ConfigError::File {
+        path: path.display().to_string(),
+        reason,
+    };
+    let entries = std::fs::read_dir(folder).map_err(|e| fault(folder, e.to_string()))?;
+    let mut boxes: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "json"))
+        .filter(|path| !BESIDE.iter().any(|e| path.to_string_lossy().ends_with(e)))
+        .collect();
+    boxes.sort();
+    if boxes.is_empty() {
+        return Err(fault(folder, "no labelled example (*.json) in this folder".to_owned()));
+    }
+    boxes
+        .into_iter()
+        .map(|boxes| {
+            let image = IMAGE_ENDINGS.iter().map(|e| boxes.with_extension(e)).find(|p| p.is_file());
+            let image = image.ok_or_else(|| fault(&boxes, "its image is missing".to_owned()))?;
+            let state = boxes.with_extension("pddl");
+            Ok([image, boxes, state])
+        })
+        .collect()
+}
+
+impl DomainFolder {
+    /// Makes the detector of that name, taught by the labelled examples. `options` are its own
+    /// options, and the folder that their relative paths start from.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for an unknown name, or an example that teaches nothing.
+    pub fn detector(
+        &self,
+        name: &str,
+        options: (Option<&toml::Table>, &Path),
+        examples: &[(RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Detector>, ConfigError> {
+        let build = choose("perception.detector", name, DETECTORS)?;
+        let (options, folder) = options;
+        let (domain, perception) = (&self.domain, &self.perception);
+        let settings = DetectorSettings { domain, perception, options, folder, environment };
+        let mut detector = build(&settings)?;
+        for (picture, exemplar) in examples {
+            detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
+        }
+        // Tables that are made on first use are made now, not on the first frame of a run.
+        if let Some((picture, exemplar)) = examples.first() {
+            detector.warm_up(&view_of(picture, &exemplar.name)?)?;
+        }
+        Ok(detector)
+    }
+
+    /// Makes the grounder of that name from the labelled examples.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for an unknown name, or examples that do not go together.
+    pub fn grounder(
+        &self,
+        name: &str,
+        examples: &[(RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Grounder>, ConfigError> {
+        let build = choose("perception.grounder", name, GROUNDERS)?;
+        let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
+        Ok(build(&self.domain, &self.perception, &exemplars)?)
+    }
+}
+
+/// Looks up an environment variable.
+#[expect(clippy::disallowed_methods, reason = "keys of services stand nowhere else")]
+pub(crate) fn environment(name: &str) -> Option<String> {
+    std::env::var(name).ok()
+}
+
+/// An image as detectors look at it.
+pub(super) fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    ImageView::new(width, height, picture.as_raw())
+        .map_err(|source| ConfigError::Image { path: path.to_owned(), source })
+}
+
+/// The entry of that name in a table of parts.
+pub(crate) fn choose<T: Copy>(
+    key: &str,
+    name: &str,
+    table: &[(&str, T)],
+) -> Result<T, ConfigError> {
+    table.iter().find(|(known, _)| *known == name).map(|(_, part)| *part).ok_or_else(|| {
+        ConfigError::Value {
+            key: key.to_owned(),
+            expected: table.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(" or "),
+            got: name.to_owned(),
+        }
+    })
+}

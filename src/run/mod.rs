@@ -1,0 +1,25 @@
+//! Run files and domain folders: text on disk to checked values, before anything starts.
+
+mod error;
+mod load;
+mod run_file;
+mod domain_folder;
+mod exemplars;
+mod eye;
+mod wiring;
+mod episode;
+#[cfg(test)]
+mod tests;
+
+pub use domain_folder::DomainFolder;
+pub use episode::{Episode, EpisodeOptions, run_episode};
+pub use error::{ConfigError, RunError};
+pub(crate) use exemplars::{choose, environment, in_data};
+pub use exemplars::{exemplar_from_files, read_image};
+pub use eye::Eye;
+pub use load::{load_run, read_text};
+pub use run_file::{
+    CameraConfig, CameraKind, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig, RobotKind,
+    RunConfig,
+};
+pub use wiring::Prepared;

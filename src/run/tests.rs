@@ -1,0 +1,310 @@
+//! Run files and folders that are right, and the messages of those that are not.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use super::*;
+use crate::perception::detectors::DETECTORS;
+
+const BLOCKS: &str = include_str!("../../configs/blocksworld.toml");
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn blocks_folder() -> DomainFolder {
+    DomainFolder::read(&root().join("domains/blocksworld")).unwrap()
+}
+
+/// Loads a text as `run.toml`, with settings over it.
+fn load(text: &str, sets: &[&str]) -> Result<RunConfig, ConfigError> {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.toml");
+    fs::write(&path, text).unwrap();
+    let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+    load_run(&path, &sets)
+}
+
+fn replaced(from: &str, to: &str) -> String {
+    assert!(BLOCKS.contains(from), "{from}");
+    BLOCKS.replacen(from, to, 1)
+}
+
+/// The shipped text without everything from one line to another.
+fn without(from: &str, to: Option<&str>) -> String {
+    let start = BLOCKS.find(from).unwrap();
+    let end = to.map_or(BLOCKS.len(), |to| BLOCKS.find(to).unwrap());
+    format!("{}{}", &BLOCKS[..start], &BLOCKS[end..])
+}
+
+/// What must be in the message of a text that does not load.
+#[track_caller]
+fn check(text: &str, expect: &[&str]) {
+    let message = load(text, &[]).unwrap_err().to_string();
+    for part in expect {
+        assert!(message.contains(part), "{part:?} is not in {message}");
+    }
+}
+
+#[test]
+fn every_shipped_run_file_loads_with_all_that_it_names() {
+    let mut n_files = 0;
+    for entry in fs::read_dir(root().join("configs")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.file_name().unwrap().to_str().unwrap().starts_with("stress") {
+            continue; // of another form
+        }
+        let run = load_run(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let folder = DomainFolder::find(&run.domain, &path).unwrap_or_else(|e| panic!("{e}"));
+        let perception = &run.perception;
+        if perception.exemplar.folder.is_some() {
+            let examples = perception.exemplar.read(&folder, None);
+            let examples = examples.unwrap_or_else(|e| panic!("{e}"));
+            assert!(
+                folder.detector(&perception.detector, (None, Path::new("")), &examples).is_ok()
+            );
+            assert!(folder.grounder(&perception.grounder, &examples).is_ok());
+        }
+        assert!(run.robot.kind == RobotKind::None || folder.skills.is_some(), "{path:?}");
+        n_files += 1;
+    }
+    assert!(n_files > 3);
+}
+
+#[test]
+fn an_unknown_key_is_told_with_file_and_line() {
+    let text = replaced("rate_hz = 10.0", "rate = 10.0");
+    let line = 1 + text.lines().position(|l| l.starts_with("rate = ")).unwrap();
+    check(&text, &["run.toml", &format!("line {line},"), "unknown field `rate`", "rate = 10.0"]);
+    check(&replaced("[planner]", "[planer]"), &["unknown field `planer`"]);
+    let text = replaced("grip_depth_m", "grip_depth_mm");
+    check(&text, &["run.toml", "unknown field `grip_depth_mm`"]);
+}
+
+#[test]
+fn a_missing_key_a_wrong_type_and_bad_syntax_are_told() {
+    check(&replaced("seed = 1", "# no seed"), &["run.toml", "missing field `seed`"]);
+    let text = replaced("looks_max = 40", "looks_max = \"many\"");
+    let line = 1 + text.lines().position(|l| l.starts_with("looks_max")).unwrap();
+    check(&text, &["run.toml", &format!("line {line},"), "invalid type"]);
+    check(&replaced("looks_max = 40", "looks_max = -1"), &["invalid value", "looks_max = -1"]);
+    check(&replaced("clock = \"lockstep\"", "clock = \"sundial\""), &["unknown variant `sundial`"]);
+    check(&replaced("[goal]", "[goal"), &["run.toml", "line "]);
+    let message = load_run(Path::new("no/such.toml"), &[]).unwrap_err().to_string();
+    assert!(message.starts_with("no/such.toml: "), "{message}");
+}
+
+#[test]
+fn settings_override_keys_in_order() {
+    let sets = [
+        "seed=7",
+        "camera.rate_hz=30",
+        "camera.rate_hz = 25.5",
+        "perception.exemplar.folder=other",
+        "goal.text=Put red onto blue, please.",
+        "limits.looks_max=3",
+        "sim.camera.noise.rgb_sigma=0.0",
+        "run=mine",
+    ];
+    let run = load(BLOCKS, &sets).unwrap();
+    assert_eq!((run.seed, run.camera.rate_hz, run.limits.looks_max), (7, 25.5, 3));
+    assert_eq!(run.perception.exemplar.folder.as_deref(), Some("other"), "no TOML: a string");
+    assert_eq!(run.goal.text, "Put red onto blue, please.");
+    assert_eq!((run.run.as_deref(), run.run_name().as_str()), (Some("mine"), "mine"));
+    let noise = run.sim.as_ref().unwrap()["camera"]["noise"]["rgb_sigma"].as_float();
+    assert_eq!(noise, Some(0.0));
+    let plain = load(BLOCKS, &[]).unwrap();
+    assert_eq!(plain.goal.kind, run.goal.kind, "everything else is as written");
+    assert_eq!((plain.robot, plain.planner), (run.robot, run.planner));
+}
+
+#[test]
+fn settings_that_are_no_settings_are_told() {
+    for (set, expect) in [
+        ("seed", "--set seed: expected key=value"),
+        ("=3", "--set =3: empty key"),
+        ("camera.=3", "--set camera.=3: empty key"),
+        ("seed.x=3", "--set seed.x=3: not a table"),
+        ("camera.rat_hz=3", "unknown field `rat_hz`"),
+        ("lense.f=3", "unknown field `lense`"),
+        ("seed=many", "invalid type: string \"many\""),
+        ("camera.rate_hz=0", "camera.rate_hz: expected a positive number, got 0"),
+        ("perception.beside=true", "perception.beside: expected false, or clock = \"realtime\""),
+        ("camera.rate_hz=nan", "camera.rate_hz: expected a positive number, got NaN"),
+    ] {
+        let message = load(BLOCKS, &[set]).unwrap_err().to_string();
+        assert!(message.contains(expect), "{expect:?} is not in {message}");
+    }
+}
+
+#[test]
+fn parts_that_do_not_go_together_are_refused() {
+    let external = replaced("[camera]\nkind = \"sim\" ", "[camera]\nkind = \"external\" ");
+    check(&external, &["camera.kind: expected \"sim\" beside a robot of kind \"sim\""]);
+    let lockstep = external.replacen("[robot]\nkind = \"sim\" ", "[robot]\nkind = \"none\" ", 1);
+    check(&lockstep, &["clock: expected \"realtime\"", "got lockstep"]);
+    let realtime = lockstep.replacen("clock = \"lockstep\"", "clock = \"realtime\"", 1);
+    assert!(load(&realtime, &[]).is_ok());
+    let no_robot = replaced("[robot]\nkind = \"sim\" ", "[robot]\nkind = \"none\" ");
+    check(&no_robot, &["clock: expected \"realtime\""]);
+    check(&without("[sim]", None), &["sim: expected a table", "got none"]);
+    let motionless = without("[robot.motion]", Some("[robot.hull]"));
+    check(&motionless, &["robot.motion: expected a table"]);
+    for (when, got) in [("at_s = 1.0\nduring = \"stack\"", "both"), ("", "neither")] {
+        let fault = format!("{BLOCKS}\n[[fault]]\n{when}\naction = {{}}\n");
+        check(&fault, &["fault: expected either at_s or during", got]);
+    }
+}
+
+#[track_caller]
+fn check_examples(exemplar: &ExemplarConfig, data: Option<&Path>, expect: &[&str]) {
+    let message = exemplar.read(&blocks_folder(), data).map(drop).unwrap_err().to_string();
+    for part in expect {
+        assert!(message.contains(part), "{part:?} is not in {message}");
+    }
+}
+
+#[test]
+fn labelled_examples_that_are_missing_are_named() {
+    let none =
+        ExemplarConfig { folder: None, image: None, boxes: None, state: None, number: Some(3) };
+    let folder = |name: &str| ExemplarConfig { folder: Some(name.to_owned()), ..none.clone() };
+    check_examples(&folder("no_such_camera"), None, &["exemplar/no_such_camera: "]);
+    check_examples(&none, None, &["perception.exemplar: expected either folder, or image"]);
+    let file = |end: &str| Some(format!("$data/problem{{n}}.{end}"));
+    let (image, boxes, state) = (file("jpg"), file("json"), file("pddl"));
+    let single = ExemplarConfig { image, boxes, state, ..none.clone() };
+    check_examples(&single, None, &["perception.exemplar: expected --data DIR", "got none"]);
+    check_examples(&single, Some(Path::new("photos")), &["photos/problem3.jpg: "]);
+    let both = ExemplarConfig { folder: Some("sim_640x480".to_owned()), ..single };
+    check_examples(&both, None, &["expected either folder, or image, boxes and state"]);
+
+    let temporary = TempDir::new().unwrap();
+    let here = folder(temporary.path().to_str().unwrap());
+    check_examples(&here, None, &["no labelled example (*.json) in this folder"]);
+    fs::write(temporary.path().join("a.json"), "{}").unwrap();
+    check_examples(&here, None, &["a.json: its image is missing"]);
+    fs::write(temporary.path().join("a.png"), "no picture").unwrap();
+    check_examples(&here, None, &["a.png: "]);
+}
+
+/// Each fault of a labelled example is told with its file and what in it is wrong.
+#[test]
+fn labelled_examples_that_are_wrong_are_named_with_the_field() {
+    let image = root().join("domains/blocksworld/exemplar/sim_320x240/d_touching.png");
+    let image = fs::read(image).unwrap();
+    let state = |objects: &str| {
+        format!(
+            "(define (problem p) (:domain blocksworld) (:objects {objects}) (:init) (:goal (and)))"
+        )
+    };
+    let (good_state, good_boxes) = (state("a - block"), r#"{"a": [1, 2, 30, 40]}"#);
+    let cases: [(&[u8], &str, &str, &[&str]); 10] = [
+        (b"", good_boxes, &good_state, &["x.png: "]),
+        (&image[..image.len() / 2], good_boxes, &good_state, &["x.png: "]),
+        (b"GIF89a", good_boxes, &good_state, &["x.png: "]),
+        (&image, "", &good_state, &["x.json: EOF"]),
+        (&image, r#"{"a": [5, 2, 5, 40]}"#, &good_state, &["x.json: a: expected finite x1 < x2"]),
+        (&image, r#"{"a": [1, 2, "NaN", 40]}"#, &good_state, &["x.json: a: expected four numbers"]),
+        (&image, r#"{"a": [1, 2, 321, 40]}"#, &good_state, &["x.json: a: expected a box inside"]),
+        (
+            &image,
+            r#"{"a": [1, 2, 3, 4], "A": [1, 2, 3, 4]}"#,
+            &good_state,
+            &["x.json: a: expected one"],
+        ),
+        (&image, good_boxes, &state("a - cupboard"), &["x.pddl", "cupboard"]),
+        (&image, good_boxes, &state("a - block a - robot"), &["x.pddl", "declared twice"]),
+    ];
+    for (image, boxes, state, expect) in cases {
+        let temporary = TempDir::new().unwrap();
+        let file = |ending: &str, content: &[u8]| {
+            fs::write(temporary.path().join(format!("x.{ending}")), content).unwrap();
+        };
+        file("png", image);
+        file("json", boxes.as_bytes());
+        file("pddl", state.as_bytes());
+        let folder = temporary.path().to_str().map(str::to_owned);
+        let (image, boxes, state, number) = (None, None, None, None);
+        check_examples(&ExemplarConfig { folder, image, boxes, state, number }, None, expect);
+    }
+}
+
+#[test]
+fn parts_that_there_are_not_are_told_with_those_that_there_are() {
+    let detector = blocks_folder().detector("magic", (None, Path::new("")), &[]).err().unwrap();
+    let known = DETECTORS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
+    let expect = format!("perception.detector: expected {known}, got magic");
+    assert_eq!(detector.to_string(), expect);
+    let grounder = blocks_folder().grounder("magic", &[]).err().unwrap().to_string();
+    assert!(grounder.starts_with("perception.grounder: expected s2s"), "{grounder}");
+}
+
+#[test]
+fn a_domain_is_found_by_name_or_path_and_missed_by_name() {
+    let origin = root().join("configs/blocksworld.toml");
+    let by_name = DomainFolder::find("hanoi", &origin).unwrap();
+    let path = root().join("domains/hanoi");
+    let by_path = DomainFolder::find(path.to_str().unwrap(), Path::new("elsewhere.toml")).unwrap();
+    assert_eq!((by_name.domain, by_name.hash), (by_path.domain, by_path.hash));
+    let missed = DomainFolder::find("kitchen", &origin).unwrap_err().to_string();
+    assert!(missed.starts_with("domain: expected a folder with a domain.pddl"), "{missed}");
+    assert!(missed.ends_with("got kitchen"), "{missed}");
+}
+
+/// Copies the domain's own files, without its folders.
+fn copied(name: &str) -> TempDir {
+    let to = TempDir::new().unwrap();
+    for entry in fs::read_dir(root().join("domains").join(name)).unwrap() {
+        let from = entry.unwrap().path();
+        if from.is_file() {
+            fs::copy(&from, to.path().join(from.file_name().unwrap())).unwrap();
+        }
+    }
+    to
+}
+
+#[test]
+fn a_domain_needs_its_perception_and_may_lack_skills_and_language() {
+    let folder = copied("blocksworld");
+    for file in ["skills.toml", "language.toml", "completion.pddl"] {
+        fs::remove_file(folder.path().join(file)).unwrap();
+    }
+    let read = DomainFolder::read(folder.path()).unwrap();
+    assert!(read.skills.is_none() && read.language.is_none() && read.rules.is_empty());
+    fs::remove_file(folder.path().join("perception.toml")).unwrap();
+    let message = DomainFolder::read(folder.path()).unwrap_err().to_string();
+    assert!(message.contains("perception.toml: the domain folder needs this file"), "{message}");
+}
+
+#[test]
+fn the_hash_tells_domains_apart_that_differ_in_any_file() {
+    let shipped = blocks_folder().hash;
+    for file in
+        ["domain.pddl", "completion.pddl", "perception.toml", "language.toml", "skills.toml"]
+    {
+        let folder = copied("blocksworld");
+        assert_eq!(DomainFolder::read(folder.path()).unwrap().hash, shipped);
+        let path = folder.path().join(file);
+        let comment = if file.ends_with("pddl") { "; " } else { "# " };
+        fs::write(&path, format!("{comment}\n{}", fs::read_to_string(&path).unwrap())).unwrap();
+        assert_ne!(DomainFolder::read(folder.path()).unwrap().hash, shipped, "{file}");
+    }
+}
+
+#[test]
+fn a_run_is_named_after_its_file_unless_it_says_otherwise() {
+    let origin = root().join("configs/photo_blocksworld.toml");
+    let mut run = load_run(&origin, &[]).unwrap();
+    assert_eq!(run.run_name(), "photo_blocksworld");
+    run.run = None;
+    run.origin = PathBuf::from("here/other.toml");
+    assert_eq!(run.run_name(), "other");
+    let simulated = load(BLOCKS, &[]).unwrap().run_name();
+    assert!(
+        simulated.starts_with("run-"),
+        "{simulated}: with the process, so that runs do not meet"
+    );
+}

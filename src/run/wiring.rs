@@ -1,0 +1,314 @@
+//! From a run file to actors that are ready to start.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::watch;
+
+use super::{
+    CameraKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment, in_data,
+};
+use crate::actors::{
+    ActorError, ActorSpec, Chaos, Keep, Serve, goal_parser, planner, scene_parser, skill_executor,
+};
+use crate::clock::ClockKind;
+use crate::executive::{ExecutiveConfig, Stop};
+use crate::goals::{self, GoalSettings, GoalSource};
+use crate::logic::Facts;
+use crate::messages::GoalMessage;
+use crate::metrics::EpisodeEnd;
+use crate::perception::detectors::Detector;
+use crate::perception::model::Exemplar;
+use crate::perception::tracking::ParserConfig;
+use crate::planners::{PLANNERS, PlannerSettings};
+use crate::replanning::{Adoption, Replanner};
+use crate::skills::SkillBook;
+use crate::transport::Bus;
+use crate::transport::convert::Vocabulary;
+
+/// A run file with everything that it names, read and checked.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The run file.
+    pub config: RunConfig,
+    /// Its domain.
+    pub folder: Arc<DomainFolder>,
+    examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
+    skills: SkillBook,
+    /// Made once: it may have looked at an image or hold a connection.
+    goal: Arc<dyn GoalSource>,
+}
+
+/// What the actors of one episode share besides the bus.
+pub(super) struct Shared {
+    pub(super) vocabulary: Arc<Vocabulary>,
+    pub(super) narrate: skill_executor::Narrate,
+    pub(super) stop: watch::Receiver<Option<Stop>>,
+    pub(super) end: watch::Sender<Option<EpisodeEnd>>,
+    pub(super) goal: Keep<Option<GoalMessage>>,
+    pub(super) scenes: Keep<scene_parser::Memory>,
+    pub(super) chaos: Chaos,
+}
+
+/// What really holds, where somebody knows: the simulator.
+pub(super) type Truth = Box<dyn Fn() -> Facts + Send + Sync>;
+
+/// What plays the hardware in this process.
+#[derive(Default)]
+pub(super) struct Hardware {
+    pub(super) actors: Vec<ActorSpec>,
+    /// For scoring once the episode has ended.
+    pub(super) truth: Option<Truth>,
+}
+
+impl Prepared {
+    /// Reads everything that a run file names; `data` is what `$data` stands for.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming file and line or key.
+    pub fn read(config: RunConfig, data: Option<&Path>) -> Result<Self, ConfigError> {
+        let folder = DomainFolder::find(&config.domain, &config.origin)?;
+        let examples = config.perception.exemplar.read(&folder, data)?;
+        let skills = match (&folder.skills, config.robot.kind) {
+            (Some(skills), _) => skills.clone(),
+            (None, RobotKind::None) => SkillBook::empty(),
+            (None, RobotKind::Sim) => {
+                return Err(ConfigError::File {
+                    path: folder.path.join("skills.toml").display().to_string(),
+                    reason: "a robot needs this file".to_owned(),
+                });
+            }
+        };
+        let (folder, examples) = (Arc::new(folder), Arc::new(examples));
+        let goal = goal_source(&config, &folder, &examples, data)?.into();
+        let prepared = Self { config, folder, examples, skills, goal };
+        // Whatever may fail fails here, before anything starts.
+        prepared.grounder()?;
+        prepared.planner()?;
+        Ok(prepared)
+    }
+
+    /// Width and height that frames must have.
+    pub fn image_size(&self) -> [u32; 2] {
+        self.examples.first().map_or([0, 0], |(_, exemplar)| exemplar.image_size)
+    }
+
+    fn detector(&self) -> Result<Box<dyn Detector>, ConfigError> {
+        let perception = &self.config.perception;
+        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
+        let options = (perception.options.as_ref(), folder);
+        self.folder.detector(&perception.detector, options, &self.examples)
+    }
+
+    fn grounder(&self) -> Result<Box<dyn crate::perception::grounders::Grounder>, ConfigError> {
+        self.folder.grounder(&self.config.perception.grounder, &self.examples)
+    }
+
+    fn planner(&self) -> Result<Replanner, ConfigError> {
+        let config = &self.config.planner;
+        let build = crate::run::choose("planner.name", &config.name, PLANNERS)?;
+        let domain = Arc::new(self.folder.domain.clone());
+        let file = self.config.origin.display().to_string();
+        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
+        let planner = build(&PlannerSettings { config, file: &file, folder })?;
+        let labelled = self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()));
+        let replanner = Replanner::new(domain, planner.into(), config, labelled.collect());
+        Ok(match self.config.clock {
+            ClockKind::Lockstep => replanner,
+            ClockKind::Realtime => replanner.adopting(Adoption::WhenReady),
+        })
+    }
+
+    /// The actors that every run has.
+    pub(super) fn thinkers(
+        &self,
+        bus: &Bus,
+        shared: &Shared,
+    ) -> Result<Vec<ActorSpec>, ConfigError> {
+        Ok(vec![
+            self.scene_parser(bus, shared)?,
+            self.goal_parser(bus, shared),
+            self.planner_actor(bus, shared)?,
+            self.skill_executor(bus, shared),
+        ])
+    }
+
+    fn scene_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let config = ParserConfig {
+            domain: self.folder.domain.clone(),
+            perception: self.folder.perception.clone(),
+            rules: self.folder.rules.clone(),
+            skills: self.skills.clone(),
+            grounder: self.grounder()?,
+            belief: self.config.perception.belief.clone(),
+            hull: self.config.robot.hull.clone(),
+        };
+        // The first one is made before anything starts, so that no frame waits for its tables.
+        let first = self.detector()?;
+        let perception = &self.config.perception;
+        let beside = perception.beside.unwrap_or(first.is_slow());
+        let first = Mutex::new(Some(first));
+        let this = self.clone();
+        let detector = move || {
+            let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
+            first.map_or_else(|| this.detector().map_err(|e| e.to_string()), Ok)
+        };
+        let args = Arc::new(scene_parser::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            config: Arc::new(config),
+            detector: Arc::new(detector),
+            detector_name: perception.detector.clone(),
+            beside: beside && self.config.clock == ClockKind::Realtime,
+            image_size: self.image_size(),
+            wait: Duration::from_secs_f64(self.config.camera.wait_s),
+            keep: shared.scenes.clone(),
+            chaos: shared.chaos.clone(),
+        });
+        Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
+    }
+
+    fn goal_parser(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
+        let args = Arc::new(goal_parser::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            source: Arc::clone(&self.goal),
+            perception: self.folder.perception.clone(),
+            keep: shared.goal.clone(),
+            chaos: shared.chaos.clone(),
+        });
+        actor("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
+    }
+
+    fn planner_actor(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let args = Arc::new(planner::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            deadline: match self.config.clock {
+                ClockKind::Lockstep => None,
+                ClockKind::Realtime => Some(Duration::from_millis(self.config.planner.deadline_ms)),
+            },
+            keep: Keep::new(planner::Memory::new(self.planner()?)),
+            chaos: shared.chaos.clone(),
+        });
+        Ok(actor("planner", move || planner::serve(Arc::clone(&args))))
+    }
+
+    fn skill_executor(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
+        let motion = match self.config.robot.kind {
+            RobotKind::None => None,
+            RobotKind::Sim => self.config.robot.motion.clone(),
+        };
+        let config = ExecutiveConfig {
+            domain: self.folder.domain.clone(),
+            skills: self.skills.clone(),
+            motion,
+            limits: self.config.limits.clone(),
+        };
+        let args = Arc::new(skill_executor::Args {
+            bus: bus.clone(),
+            vocabulary: Arc::clone(&shared.vocabulary),
+            config: Arc::new(config),
+            clock: self.config.clock,
+            narrate: Arc::clone(&shared.narrate),
+            stop: shared.stop.clone(),
+            end: shared.end.clone(),
+            keep: Keep::default(),
+            chaos: shared.chaos.clone(),
+        });
+        actor("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
+    }
+
+    /// The actors that play the hardware in this process.
+    pub(super) fn hardware(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
+        match self.config.camera.kind {
+            CameraKind::External => Ok(Hardware::default()),
+            #[cfg(feature = "sim")]
+            CameraKind::Sim => self.simulated(bus, shared),
+            #[cfg(not(feature = "sim"))]
+            CameraKind::Sim => {
+                let _: (&Bus, &Shared) = (bus, shared);
+                Err(ConfigError::Missing {
+                    what: "the simulator".to_owned(),
+                    how: "this groundloop was built without it; build with `--features sim`"
+                        .to_owned(),
+                })
+            }
+        }
+    }
+
+    #[cfg(feature = "sim")]
+    fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
+        use crate::actors::{camera, robot};
+        use crate::hardware::sim::{Oracle, SimCamera, SimHardware};
+        let hardware = SimHardware::build(&self.config, &self.folder)?;
+        let (width, height) = (hardware.camera.width, hardware.camera.height);
+        let [expected_width, expected_height] = self.image_size();
+        if [width, height] != self.image_size() {
+            return Err(ConfigError::Value {
+                key: "sim.camera".to_owned(),
+                expected: format!(
+                    "the image size of the labelled examples, {expected_width}x{expected_height}"
+                ),
+                got: format!("{width}x{height}"),
+            });
+        }
+        let (bus_of_camera, chaos) = (bus.clone(), shared.chaos.clone());
+        let world = hardware.clone();
+        let camera = actor("camera", move || {
+            let camera = Box::new(SimCamera::new(world.clone()));
+            camera::serve(bus_of_camera.clone(), camera, chaos.clone())
+        });
+        let oracle = Oracle::new(&self.folder, hardware.clone())?;
+        let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
+        if self.config.robot.kind == RobotKind::None {
+            return Ok(Hardware { actors: vec![camera], truth });
+        }
+        let (bus_of_robot, chaos) = (bus.clone(), shared.chaos.clone());
+        let robot = actor("robot", move || {
+            robot::serve(bus_of_robot.clone(), hardware.robot(), chaos.clone())
+        });
+        Ok(Hardware { actors: vec![camera, robot], truth })
+    }
+}
+
+/// Where the goal comes from.
+fn goal_source(
+    config: &RunConfig,
+    folder: &Arc<DomainFolder>,
+    examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
+    data: Option<&Path>,
+) -> Result<Box<dyn GoalSource>, ConfigError> {
+    let base = config.origin.parent().unwrap_or(Path::new(""));
+    let perception = &config.perception;
+    let eye = Eye {
+        folder: Arc::clone(folder),
+        examples: Arc::clone(examples),
+        detector: perception.detector.clone(),
+        options: (perception.options.clone(), base.to_owned()),
+        grounder: perception.grounder.clone(),
+    };
+    let text = &config.goal.text;
+    let settings = GoalSettings {
+        text: in_data("goal.text", text, data)?.to_string_lossy().into_owned(),
+        perception: Some(&folder.perception),
+        options: config.goal.options.as_ref(),
+        folder: base,
+        environment,
+        look: Some(eye.into_look()),
+        ..GoalSettings::new(
+            &format!("{}: goal.text", config.origin.display()),
+            text,
+            folder.language.clone(),
+        )
+    };
+    Ok(goals::build(&config.goal.kind, &settings)?)
+}
+
+fn actor<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> ActorSpec
+where
+    F: Future<Output = Result<(), ActorError>> + Send + 'static,
+{
+    ActorSpec { name, serve: Box::new(move || -> Serve { Box::pin(serve()) }) }
+}
