@@ -9,7 +9,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{BenchmarkId, Criterion};
-use groundloop::geometry::RowRun;
+use groundloop::geometry::MaskRun;
 use groundloop::pddl::Name;
 use groundloop::perception::facts_of;
 use groundloop::perception::grounders::{GROUNDERS, Grounder};
@@ -39,7 +39,7 @@ fn objects(examples: &[Exemplar], n_objects: usize) -> Vec<ObjectBox> {
         let (dx, dy) = (numbers.shift(), numbers.shift());
         let [x1, y1, x2, y2] = <[f64; 4]>::from(object.pixel_box);
         let (right, down) = (f64::from(dx), f64::from(dy));
-        let run = |run: &RowRun| RowRun {
+        let run = |run: &MaskRun| MaskRun {
             y: run.y.saturating_add_signed(dy + SHIFT_PX),
             x_start: run.x_start.saturating_add_signed(dx + SHIFT_PX),
             x_end: run.x_end.saturating_add_signed(dx + SHIFT_PX),

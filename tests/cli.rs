@@ -412,7 +412,7 @@ fn a_labelled_image_gives_its_facts_and_a_plan() {
     let ran = ground.call(&ground.files[0], &instruction);
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
     let answer = one_object(&ran.stdout);
-    assert_eq!(keys(&answer), ["objects", "facts", "unknown", "doubts", "goal", "plan"]);
+    assert_eq!(keys(&answer), ["objects", "facts", "unknown", "anomalies", "goal", "plan"]);
     let objects = answer["objects"].as_array().unwrap();
     assert_eq!(objects.len(), 8);
     assert!(objects.iter().all(|o| keys(o) == ["name", "type", "box", "score"]));

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{TestRun, project, runtime};
 use groundloop::actors::scene_parser::{Args, MakeDetector, serve};
-use groundloop::actors::{ActorError, Chaos, Fatal, Keep};
+use groundloop::actors::{ActorError, Chaos, Checkpoint, Fatal};
 use groundloop::geometry::PixelBox;
 use groundloop::perception::detectors::{Detector, DetectorError};
 use groundloop::perception::model::ObjectBox;
@@ -17,7 +17,7 @@ use groundloop::perception::tracking::{BeliefConfig, ParserConfig};
 use groundloop::perception::{Detection, ImageView, Sighted};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use groundloop::scene::Scene;
-use groundloop::transport::convert::{Vocabulary, scene_from_wire};
+use groundloop::transport::convert::{WireContext, scene_from_wire};
 use groundloop::transport::topics::{CAMERA_RGB, SCENE};
 use groundloop::transport::wire::{FrameHeader, SCHEMA, SceneRecord, TaskHeader};
 use groundloop::transport::{Bus, Inbox, Outbox};
@@ -74,7 +74,7 @@ impl Detector for Gated {
 struct Rig {
     frames: Outbox<FrameHeader, u8>,
     scenes: Inbox<TaskHeader, SceneRecord>,
-    vocabulary: Arc<Vocabulary>,
+    context: Arc<WireContext>,
     started: mpsc::Receiver<u8>,
     gate: Sender<Go>,
     actor: JoinHandle<Result<(), ActorError>>,
@@ -91,7 +91,7 @@ impl Rig {
             number: None,
         };
         let grounder = folder.grounder("s2s", &exemplar.read(&folder, None).unwrap()).unwrap();
-        let vocabulary = Arc::new(Vocabulary::new(1, folder.hash, folder.domain.clone()));
+        let vocabulary = Arc::new(WireContext::new(1, folder.hash, folder.domain.clone()));
         let belief = BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 };
         let config = ParserConfig {
             domain: folder.domain,
@@ -111,14 +111,14 @@ impl Rig {
         });
         let args = Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&vocabulary),
+            context: Arc::clone(&vocabulary),
             config: Arc::new(config),
             detector: make,
             detector_name: "gated".to_owned(),
             beside: true,
             image_size: [WIDTH as u32, HEIGHT as u32],
             wait,
-            keep: Keep::default(),
+            checkpoint: Checkpoint::default(),
             chaos: Chaos::default(),
         };
         let scenes = bus.inbox(&SCENE).unwrap();

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{ActorError, Chaos, Fatal, Keep};
+use super::{ActorError, Chaos, Checkpoint, Fatal};
 use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
 use crate::messages::GoalMessage;
 use crate::pddl::{Condition, Name};
 use crate::perception::label_of;
 use crate::perception::model::Perception;
 use crate::scene::Scene;
-use crate::transport::convert::{Vocabulary, goal_to_wire, scene_from_wire};
+use crate::transport::convert::{WireContext, goal_to_wire, scene_from_wire};
 use crate::transport::topics::{GOAL, SCENE};
 use crate::transport::wire::{SceneRecord, TaskHeader};
 use crate::transport::{Bus, Inbox, Outbox, Received};
@@ -23,13 +23,13 @@ pub struct Args {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
-    pub vocabulary: Arc<Vocabulary>,
+    pub context: Arc<WireContext>,
     /// Where the goal comes from.
     pub source: Arc<dyn GoalSource>,
     /// Tells colours in names.
     pub perception: Perception,
     /// The answer; it outlives the actor, so that the goal is asked for once.
-    pub keep: Keep<Option<GoalMessage>>,
+    pub checkpoint: Checkpoint<Option<GoalMessage>>,
     /// Panics on purpose.
     pub chaos: Chaos,
 }
@@ -42,23 +42,23 @@ pub struct Args {
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let goals: Outbox<TaskHeader, u8> = args.bus.outbox(&GOAL)?;
     let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
-    let mut goal = args.keep.load();
+    let mut goal = args.checkpoint.load();
     loop {
         if let Some(goal) = &goal {
-            let (header, text) = goal_to_wire(goal, &args.vocabulary);
+            let (header, text) = goal_to_wire(goal, &args.context);
             goals.publish(header, &text)?;
             // The goal is constant. The port stays open for late joiners.
             return std::future::pending().await;
         }
-        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         let scene = scenes.newest_of(read).await?;
         args.chaos.message("goal_parser");
         if let Some(answer) = ask(&args, &scene).await? {
-            args.keep.store(Some(answer.clone()));
+            args.checkpoint.store(Some(answer.clone()));
             goal = Some(answer);
         } else {
             let nothing = GoalMessage { goal: Condition::True, named: Vec::new() };
-            let (mut header, _) = goal_to_wire(&nothing, &args.vocabulary);
+            let (mut header, _) = goal_to_wire(&nothing, &args.context);
             (header.cycle, header.verdict) = (scene.cause.cycle, GOAL_PENDING);
             goals.publish(header, &[])?;
         }
@@ -80,7 +80,7 @@ async fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, ActorErr
     // An answer before the scene has settled could mistake objects for missing ones.
     let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
     let read = if args.source.is_quick() {
-        args.source.read(&args.vocabulary.domain, &objects)
+        args.source.read(&args.context.domain, &objects)
     } else if settled {
         read_apart(args, objects).await?
     } else {
@@ -109,9 +109,9 @@ async fn read_apart(
     objects: Vec<GoalObject>,
 ) -> Result<Result<ParsedGoal, GoalError>, ActorError> {
     let (sender, receiver) = tokio::sync::oneshot::channel();
-    let (source, vocabulary) = (Arc::clone(&args.source), Arc::clone(&args.vocabulary));
+    let (source, context) = (Arc::clone(&args.source), Arc::clone(&args.context));
     let work = move || {
-        if sender.send(source.read(&vocabulary.domain, &objects)).is_err() {
+        if sender.send(source.read(&context.domain, &objects)).is_err() {
             tracing::debug!("nobody waits for the goal any more");
         }
     };

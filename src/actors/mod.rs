@@ -1,6 +1,6 @@
 //! Actors: each receives, makes one pure call, and sends. Supervision is ractor's; data never is.
 
-mod keep;
+mod checkpoint;
 mod chaos;
 mod lifecycle;
 mod supervisor;
@@ -19,7 +19,7 @@ use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
 pub use chaos::{Chaos, PanicConfig};
-pub use keep::Keep;
+pub use checkpoint::Checkpoint;
 pub use lifecycle::{DataLoop, Serve};
 pub use snapshot::SnapshotRequest;
 pub use supervisor::{ActorSpec, Supervision, SupervisorConfig, supervise};

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::goal_parser::GOAL_PENDING;
-use super::{ActorError, Chaos, Keep};
+use super::{ActorError, Chaos, Checkpoint};
 use crate::clock::{monotonic_ns, thread_cpu_ns};
 use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Spent};
 use crate::pddl::Step;
 use crate::replanning::{Patience, Replanner, TableBuilder};
 use crate::scene::Scene;
 use crate::transport::convert::{
-    Vocabulary, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
+    WireContext, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
 };
 use crate::transport::topics::{GOAL, OUTCOME, PLAN, SCENE};
 use crate::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
@@ -24,11 +24,11 @@ pub struct Args {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
-    pub vocabulary: Arc<Vocabulary>,
+    pub context: Arc<WireContext>,
     /// How long one call may search, on the clock on the wall; `None`: as long as its counts allow.
     pub deadline: Option<Duration>,
     /// Memory that outlives the actor.
-    pub keep: Keep<Memory>,
+    pub checkpoint: Checkpoint<Memory>,
     /// Panics on purpose.
     pub chaos: Chaos,
 }
@@ -60,16 +60,16 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let mut goals: Inbox<TaskHeader, u8> = args.bus.inbox(&GOAL)?;
     let mut outcomes: Inbox<TaskHeader, OutcomeRecord> = args.bus.inbox(&OUTCOME)?;
     let plans: Outbox<TaskHeader, StepRecord> = args.bus.outbox(&PLAN)?;
-    let mut memory = args.keep.load();
+    let mut memory = args.checkpoint.load();
     let mut tables = TableBuilder::default();
     loop {
-        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         let scene = scenes.newest_of(read).await?;
         if memory.last_cycle == Some(scene.cause.cycle) {
             continue; // a restarted scene parser's history
         }
         args.chaos.message("planner");
-        memory.hear(&mut outcomes, &args.vocabulary)?;
+        memory.hear(&mut outcomes, &args.context)?;
         while memory.goal.is_none() {
             // Oldest first: a foreign message must not shadow the goal, which is said once.
             let message = goals.next().await?;
@@ -80,20 +80,20 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
                 }
                 continue;
             }
-            match goal_from_wire(header, message.records(), &args.vocabulary) {
+            match goal_from_wire(header, message.records(), &args.context) {
                 Ok(goal) => memory.goal = Some(goal),
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }
         let plan = tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
-        let (header, records) = plan_to_wire(&plan, &args.vocabulary)?;
+        let (header, records) = plan_to_wire(&plan, &args.context)?;
         plans.publish(header, &records)?;
         memory.replanner.prepare(scene.cause.cycle);
         if let Some(request) = memory.replanner.pending() {
             tables.start(request);
         }
         memory.last_cycle = Some(scene.cause.cycle);
-        args.keep.store(memory.clone());
+        args.checkpoint.store(memory.clone());
     }
 }
 
@@ -101,10 +101,10 @@ impl Memory {
     fn hear(
         &mut self,
         outcomes: &mut Inbox<TaskHeader, OutcomeRecord>,
-        vocabulary: &Vocabulary,
+        context: &WireContext,
     ) -> Result<(), TransportError> {
         while let Some(message) = outcomes.poll_next()? {
-            match outcome_from_wire(message.header(), message.records(), vocabulary) {
+            match outcome_from_wire(message.header(), message.records(), context) {
                 Ok(outcome) if self.last_outcome.is_none_or(|last| last < outcome.sequence) => {
                     self.last_outcome = Some(outcome.sequence);
                     self.failures.insert(outcome.step, outcome.failures);

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use tokio::sync::watch;
 
 use super::scene_parser::fresh;
-use super::{ActorError, Chaos, Keep};
+use super::{ActorError, Chaos, Checkpoint};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Note, Stop};
 use crate::messages::{PlanMessage, RobotState};
-use crate::metrics::{EpisodeEnd, Tally};
+use crate::metrics::{EpisodeMetrics, EpisodeResult};
 use crate::scene::Scene;
 use crate::transport::convert::{
-    Vocabulary, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
+    WireContext, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
     robot_state_from_wire, scene_from_wire, status_from_wire,
 };
 use crate::transport::topics::{OUTCOME, PLAN, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE};
@@ -31,7 +31,7 @@ pub struct Args {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
-    pub vocabulary: Arc<Vocabulary>,
+    pub context: Arc<WireContext>,
     /// What does not change.
     pub config: Arc<ExecutiveConfig>,
     /// Which clock scenes are aged by.
@@ -41,9 +41,9 @@ pub struct Args {
     /// Stops the episode from outside.
     pub stop: watch::Receiver<Option<Stop>>,
     /// Where the episode's end is announced.
-    pub end: watch::Sender<Option<EpisodeEnd>>,
+    pub end: watch::Sender<Option<EpisodeResult>>,
     /// Memory that outlives the actor.
-    pub keep: Keep<Memory>,
+    pub checkpoint: Checkpoint<Memory>,
     /// Panics on purpose.
     pub chaos: Chaos,
 }
@@ -52,7 +52,7 @@ pub struct Args {
 #[derive(Debug, Clone, Default)]
 pub struct Memory {
     executive: Executive,
-    tally: Tally,
+    tally: EpisodeMetrics,
     scene: Option<Scene>,
     robot: Option<RobotState>,
     n_commands: u64,
@@ -84,9 +84,9 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         outcomes: bus.outbox(&OUTCOME)?,
     };
     let mut stop = args.stop.clone();
-    let mut memory = args.keep.load();
+    let mut memory = args.checkpoint.load();
     loop {
-        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.vocabulary);
+        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
         let plan = tokio::select! {
             biased;
             why = told_to_stop(&mut stop) => return memory.halt(&args, &ports, why),
@@ -99,7 +99,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
         memory.publish(&args, &ports, &decision)?;
         let ended = memory.account(&args, &plan, &decision);
-        args.keep.store(memory.clone());
+        args.checkpoint.store(memory.clone());
         if ended {
             return Ok(());
         }
@@ -123,7 +123,7 @@ impl Memory {
         ports: &mut Ports,
         plan: &PlanMessage,
     ) -> Result<Option<Decision>, TransportError> {
-        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.vocabulary);
+        let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         self.scene = ports.scenes.drain_newest_of(read)?.or(self.scene.take());
         let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
         self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
@@ -145,7 +145,7 @@ impl Memory {
         decision: &Decision,
     ) -> Result<(), ActorError> {
         for outcome in &decision.outcomes {
-            let (header, record) = outcome_to_wire(outcome, &args.vocabulary)?;
+            let (header, record) = outcome_to_wire(outcome, &args.context)?;
             ports.outcomes.publish(header, &[record])?;
         }
         let header = device_header(self.n_commands, decision.command.capture_ns);
@@ -184,7 +184,7 @@ impl Memory {
 
     fn announce(&self, args: &Args, decision: &Decision) {
         let Some(verdict) = decision.verdict.clone() else { return };
-        let end = EpisodeEnd {
+        let end = EpisodeResult {
             verdict,
             counts: self.executive.counts,
             tally: self.tally.clone(),

@@ -15,7 +15,7 @@ use crate::perception::model::Perception;
 use crate::picture::{EdgeKind, EdgeMark, GoalMark, ObjectMark, PictureInput, draw, view_around};
 use crate::scene::Scene;
 use crate::transport::convert::{
-    Vocabulary, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
+    WireContext, frame_from_wire, goal_from_wire, plan_from_wire, scene_from_wire,
 };
 use crate::transport::topics::{CAMERA_RGB, GOAL, PLAN, SCENE};
 use crate::transport::wire::{FrameHeader, SceneRecord, StepRecord, TaskHeader};
@@ -36,7 +36,7 @@ pub struct Args {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
-    pub vocabulary: Arc<Vocabulary>,
+    pub context: Arc<WireContext>,
     /// Tells colours, and which predicates order rather than relate.
     pub perception: Perception,
     /// The goal in the user's words.
@@ -62,14 +62,14 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         pictures.extend(picture_of(frame.header(), frame.records()));
         drop(frame);
         while let Some(message) = scenes.poll_next()? {
-            known.extend(scene_from_wire(message.header(), message.records(), &args.vocabulary));
+            known.extend(scene_from_wire(message.header(), message.records(), &args.context));
         }
         while let Some(message) = goals.poll_next()? {
             let text = message.records();
-            goal = goal_from_wire(message.header(), text, &args.vocabulary).ok().or(goal);
+            goal = goal_from_wire(message.header(), text, &args.context).ok().or(goal);
         }
         while let Some(message) = plans.poll_next()? {
-            let plan = plan_from_wire(message.header(), message.records(), &args.vocabulary);
+            let plan = plan_from_wire(message.header(), message.records(), &args.context);
             let (Ok(plan), Some(goal)) = (plan, &goal) else { continue };
             let (cycle, sequence) = (plan.cause.cycle, plan.cause.frame_sequence);
             let scene = known.iter().find(|s| s.cause.cycle == cycle && s.unsettled == 0);
@@ -120,7 +120,7 @@ fn write(
     ];
     let input = PictureInput {
         view: view_around(&objects, picture.width(), picture.height()),
-        title: args.vocabulary.domain.name.as_str(),
+        title: args.context.domain.name.as_str(),
         instruction: &args.instruction,
         caption: &caption,
         goal: &goals,
@@ -171,7 +171,7 @@ fn goal_marks(args: &Args, scene: &Scene, facts: &Facts, goal: &GoalMessage) -> 
         vec![goal.goal.clone()]
     };
     let objects = scene.typed_objects();
-    let universe = Universe { types: &args.vocabulary.domain.types, objects: &objects };
+    let universe = Universe { types: &args.context.domain.types, objects: &objects };
     let marks = parts.iter().map(|part| GoalMark {
         text: part.to_string(),
         holds: evaluate(part, &Bindings::new(), &universe, &|atom| facts.truth(atom)),

@@ -181,7 +181,8 @@ fn report(
     } else {
         None
     };
-    let doubts: Vec<String> = grounded.grounding.doubts.iter().map(ToString::to_string).collect();
+    let anomalies: Vec<String> =
+        grounded.grounding.anomalies.iter().map(ToString::to_string).collect();
     if args.json {
         let objects: Vec<Value> = grounded
             .boxes
@@ -200,7 +201,7 @@ fn report(
             "objects": objects,
             "facts": lists(&grounded.facts.known),
             "unknown": lists(&grounded.facts.unknown),
-            "doubts": doubts,
+            "anomalies": anomalies,
             "goal": goal_text,
             "plan": steps,
         }));
@@ -212,8 +213,8 @@ fn report(
     }
     grounded.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
-    for doubt in &doubts {
-        out::line(&format!("doubt   {doubt}"));
+    for anomaly in &anomalies {
+        out::line(&format!("anomaly   {anomaly}"));
     }
     if let Some(goal) = goal_text {
         out::line(&format!("goal    {goal}"));

@@ -44,7 +44,7 @@ impl Style {
                 let text = format!("{}{}", causes.join("; "), instead.unwrap_or_default());
                 (self.paint("35;1", "replan "), format!("because {text}"))
             }
-            Note::BreakOff { step, reason } => {
+            Note::Cancel { step, reason } => {
                 (self.paint("33", "break  "), format!("{step}: {reason}"))
             }
             Note::Look { reason } => (self.paint("2", "look   "), reason.clone()),

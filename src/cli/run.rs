@@ -13,7 +13,7 @@ use super::{Failure, out};
 use crate::actors::SnapshotRequest;
 use crate::executive::{Note, Stop, Verdict};
 use crate::metrics::{EpisodeReport, Quantiles};
-use crate::run::{EpisodeOptions, Prepared, RunConfig, RunError, load_run, run_episode};
+use crate::run::{EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode};
 use crate::transport::BusConfig;
 
 /// Threads of the runtime: the loop is a pipeline, more would not help one episode.
@@ -76,7 +76,7 @@ fn has_a_folder(path: &Path) -> Result<(), RunError> {
 async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     let stop = listen().map_err(Failure::internal)?;
     let first_seed = config.seed;
-    let prepared = Prepared::read(config, args.data.as_deref())?;
+    let prepared = PreparedRun::read(config, args.data.as_deref())?;
     for warning in &prepared.folder.warnings {
         tracing::warn!(warning, "domain.pddl");
     }
@@ -112,7 +112,7 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
 
 fn options(
     args: &Args,
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     stop: &watch::Receiver<Option<Stop>>,
 ) -> EpisodeOptions {
     let quiet = args.episodes > 1;

@@ -32,7 +32,7 @@ impl Executive {
             if let Phase::Running(running) = &mut self.phase {
                 running.fault = Some(reason.clone());
             }
-            return self.break_off(cycle, reason);
+            return self.cancel(cycle, reason);
         }
         let plan = cycle.input.plan.verdict.clone();
         match plan {
@@ -54,7 +54,7 @@ impl Executive {
             PlanVerdict::Unsolvable { proof, unknowns } => {
                 if unknowns {
                     let reason = format!("no plan without the unknown facts ({proof})");
-                    let reason = doubted(reason, &cycle.input.scene.doubts, &[]);
+                    let reason = doubted(reason, &cycle.input.scene.anomalies, &[]);
                     return self.look_around(cycle, &reason);
                 }
                 if !cycle.is_settled() {
@@ -65,7 +65,7 @@ impl Executive {
             PlanVerdict::Inconsistent { atoms } => {
                 let atoms: Vec<String> = atoms.iter().map(ToString::to_string).collect();
                 let reason = format!("these facts exclude each other: {}", atoms.join(", "));
-                let reason = doubted(reason, &cycle.input.scene.doubts, &[]);
+                let reason = doubted(reason, &cycle.input.scene.anomalies, &[]);
                 self.look_around(cycle, &reason)
             }
             PlanVerdict::Unsupported { feature } => Answer::End(Verdict::GaveUp {

@@ -28,7 +28,7 @@ impl Executive {
             Ok(()) => {}
             Err(Refusal::NotYet(reason)) => return self.look(cycle, reason),
             Err(Refusal::Unknown(reason)) => {
-                let reason = doubted(reason, &cycle.input.scene.doubts, &step.args);
+                let reason = doubted(reason, &cycle.input.scene.anomalies, &step.args);
                 return self.look_around(cycle, &reason);
             }
         }
@@ -52,8 +52,8 @@ impl Executive {
         self.looks = 0;
         self.views_taken = 0;
         let cause = cycle.input.scene.cause;
-        let touched = cycle.config.skills.touched(step);
-        let targets = touched.iter().filter(|name| self.held_name() != Some(name.as_str()));
+        let target_objects = cycle.config.skills.target_objects(step);
+        let targets = target_objects.iter().filter(|name| self.held_name() != Some(name.as_str()));
         let targets = targets.filter_map(|name| {
             Some((name.clone(), cycle.input.scene.object(name.as_str())?.volume?.centre))
         });
@@ -64,7 +64,7 @@ impl Executive {
             retractable: motion.waypoints.iter().map(|w| w.retractable).collect(),
             targets: targets.collect(),
             changes: changes(cycle, step),
-            break_off_ns: None,
+            cancelled_ns: None,
             fault: None,
         });
         self.held = held.or(self.held.take());
@@ -146,7 +146,7 @@ impl Executive {
             Preempt::RetractEmpty => !robot.holding,
         };
         if allowed && running.is_retractable(robot.phase) {
-            self.break_off(cycle, reason)
+            self.cancel(cycle, reason)
         } else {
             go_on
         }
@@ -154,16 +154,16 @@ impl Executive {
 
     /// Breaks a running step off wherever its motion is: the tool goes straight up and keeps what
     /// it holds. Said once.
-    pub(super) fn break_off(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
+    pub(super) fn cancel(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
         let go_on = Answer::Command(CommandKind::Continue);
         let Phase::Running(running) = &mut self.phase else { return go_on };
-        if running.break_off_ns.is_some() {
+        if running.cancelled_ns.is_some() {
             return go_on;
         }
-        running.break_off_ns = Some(cycle.input.now_ns);
+        running.cancelled_ns = Some(cycle.input.now_ns);
         let step = running.step.clone();
-        cycle.note(Note::BreakOff { step, reason });
-        Answer::Command(CommandKind::BreakOff)
+        cycle.note(Note::Cancel { step, reason });
+        Answer::Command(CommandKind::Cancel)
     }
 }
 

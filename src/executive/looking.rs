@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::{Answer, Cycle, Executive, Note, Phase};
 use crate::messages::{CommandKind, Expect, Motion};
 use crate::pddl::Name;
-use crate::scene::Doubt;
+use crate::scene::Anomaly;
 use crate::skills::SkillContext;
 
 /// A motion of the tool for the sake of the camera's view.
@@ -16,7 +16,7 @@ pub(super) struct Looking {
     /// What it is for.
     pub(super) label: String,
     /// When it was told to break off.
-    pub(super) break_off_ns: Option<u64>,
+    pub(super) cancelled_ns: Option<u64>,
 }
 
 impl Executive {
@@ -51,7 +51,7 @@ impl Executive {
             command_id: self.last_command_id,
             started_ns: cycle.input.now_ns,
             label: label.clone(),
-            break_off_ns: None,
+            cancelled_ns: None,
         });
         cycle.note(Note::Look { reason: format!("{label}: {reason}") });
         Some(Answer::Command(CommandKind::Start(Motion { waypoints })))
@@ -62,14 +62,14 @@ impl Executive {
     pub(super) fn await_view(&mut self, cycle: &Cycle<'_>) -> Option<Answer> {
         let Phase::Looking(looking) = &mut self.phase else { return None };
         let seconds = cycle.input.now_ns.saturating_sub(looking.started_ns) as f64 / 1e9;
-        if looking.break_off_ns.is_none() && seconds > cycle.config.limits.skill_timeout_s {
-            looking.break_off_ns = Some(cycle.input.now_ns);
-            return Some(Answer::Command(CommandKind::BreakOff));
+        if looking.cancelled_ns.is_none() && seconds > cycle.config.limits.skill_timeout_s {
+            looking.cancelled_ns = Some(cycle.input.now_ns);
+            return Some(Answer::Command(CommandKind::Cancel));
         }
         Some(Answer::Command(CommandKind::Continue))
     }
 
-    /// Looks again while there are doubts that concern what comes next. Doubts that stay after
+    /// Looks again while there are anomalies that concern what comes next. Doubts that stay after
     /// `limits.looks_max` frames are told and put up with: what depends on them is unknown, and
     /// nothing is done on unknown facts.
     pub(super) fn look_into_doubts(
@@ -78,9 +78,9 @@ impl Executive {
         concerned: &[Name],
     ) -> Option<Answer> {
         let scene = cycle.input.scene;
-        self.put_up_with.retain(|doubt| scene.doubts.contains(doubt));
-        let new: Vec<Doubt> = relevant(&scene.doubts, concerned)
-            .filter(|doubt| !self.put_up_with.contains(*doubt))
+        self.put_up_with.retain(|anomaly| scene.anomalies.contains(anomaly));
+        let new: Vec<Anomaly> = relevant(&scene.anomalies, concerned)
+            .filter(|anomaly| !self.put_up_with.contains(*anomaly))
             .cloned()
             .collect();
         let first = new.first()?;
@@ -93,15 +93,15 @@ impl Executive {
     }
 }
 
-/// Why something is not known, with the doubts that concern it.
-pub(super) fn doubted(reason: String, doubts: &[Doubt], concerned: &[Name]) -> String {
-    let doubts: Vec<String> = relevant(doubts, concerned).map(ToString::to_string).collect();
-    if doubts.is_empty() { reason } else { format!("{reason}: {}", doubts.join(", ")) }
+/// Why something is not known, with the anomalies that concern it.
+pub(super) fn doubted(reason: String, anomalies: &[Anomaly], concerned: &[Name]) -> String {
+    let anomalies: Vec<String> = relevant(anomalies, concerned).map(ToString::to_string).collect();
+    if anomalies.is_empty() { reason } else { format!("{reason}: {}", anomalies.join(", ")) }
 }
 
-/// The doubts about any of these objects; about any object at all for none.
-fn relevant<'a>(doubts: &'a [Doubt], concerned: &[Name]) -> impl Iterator<Item = &'a Doubt> {
-    doubts.iter().filter(|doubt| {
-        concerned.is_empty() || doubt.objects.iter().any(|object| concerned.contains(object))
+/// The anomalies about any of these objects; about any object at all for none.
+fn relevant<'a>(anomalies: &'a [Anomaly], concerned: &[Name]) -> impl Iterator<Item = &'a Anomaly> {
+    anomalies.iter().filter(|anomaly| {
+        concerned.is_empty() || anomaly.objects.iter().any(|object| concerned.contains(object))
     })
 }

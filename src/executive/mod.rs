@@ -19,8 +19,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::logic::Facts;
 use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Status, StepOutcome};
 use crate::pddl::{Domain, Name, Step};
-use crate::scene::{Doubt, Scene};
-use crate::skills::{Held, MotionConfig, SkillBook};
+use crate::scene::{Anomaly, Scene};
+use crate::skills::{Held, MotionConfig, SkillMap};
 
 pub use explain::{Deviation, deviations};
 pub use limits::Limits;
@@ -37,7 +37,7 @@ pub struct ExecutiveConfig {
     /// The domain.
     pub domain: Domain,
     /// How its actions are carried out.
-    pub skills: SkillBook,
+    pub skills: SkillMap,
     /// How the robot moves; `None` without a robot: the first confirmed plan ends the episode.
     pub motion: Option<MotionConfig>,
     /// Every bound of the loop.
@@ -120,7 +120,7 @@ pub struct Executive {
     /// How many of the robot's view poses have been taken since the last dispatch.
     views_taken: usize,
     /// Doubts that another look did not remove.
-    put_up_with: BTreeSet<Doubt>,
+    put_up_with: BTreeSet<Anomaly>,
     unseen_frames: u32,
     late: Late,
     /// The picture that the last cycle rested on.

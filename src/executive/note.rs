@@ -53,7 +53,7 @@ pub enum Note {
         old: Option<Step>,
     },
     /// A running step is broken off.
-    BreakOff {
+    Cancel {
         /// The step.
         step: Step,
         /// Why.

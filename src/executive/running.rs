@@ -18,7 +18,7 @@ pub(super) struct Running {
     /// What the step should change.
     pub(super) changes: Changes,
     /// When it was told to break off.
-    pub(super) break_off_ns: Option<u64>,
+    pub(super) cancelled_ns: Option<u64>,
     /// Why it counts as failed even if it breaks off as told.
     pub(super) fault: Option<String>,
 }
@@ -40,7 +40,7 @@ pub(super) struct Settling {
 pub(super) enum Ending {
     Done,
     Failed(String),
-    BrokenOff,
+    Cancelled,
 }
 
 impl Executive {
@@ -62,7 +62,7 @@ impl Executive {
                 StatusKind::Accepted => continue,
                 StatusKind::Done => Ending::Done,
                 StatusKind::Failed(reason) => Ending::Failed(reason.clone()),
-                StatusKind::BrokenOff => Ending::BrokenOff,
+                StatusKind::Cancelled => Ending::Cancelled,
             };
             self.phase = Phase::Settling(Settling {
                 step: running.step.clone(),
@@ -99,7 +99,7 @@ impl Executive {
         self.phase = Phase::Idle;
         let lacking = lacking(&settling.changes, &cycle.facts);
         let reason = match (&settling.ending, lacking) {
-            (Ending::BrokenOff, _) => match &settling.fault {
+            (Ending::Cancelled, _) => match &settling.fault {
                 Some(fault) => fault.clone(),
                 None => return,
             },
@@ -168,12 +168,12 @@ impl Executive {
 
     /// Whether the robot did not even break off in time.
     pub(super) fn is_hung(&self, cycle: &Cycle<'_>) -> bool {
-        let break_off_ns = match &self.phase {
-            Phase::Running(running) => running.break_off_ns,
-            Phase::Looking(looking) => looking.break_off_ns,
+        let cancelled_ns = match &self.phase {
+            Phase::Running(running) => running.cancelled_ns,
+            Phase::Looking(looking) => looking.cancelled_ns,
             Phase::Idle | Phase::Settling(_) => None,
         };
-        break_off_ns.is_some_and(|at| {
+        cancelled_ns.is_some_and(|at| {
             let seconds = cycle.input.now_ns.saturating_sub(at) as f64 / 1e9;
             seconds > cycle.config.limits.skill_timeout_s
         })

@@ -83,7 +83,7 @@ impl PixelBox {
 }
 /// Pixels `x_start..x_end` of row `y`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RowRun {
+pub struct MaskRun {
     /// The row.
     pub y: u32,
     /// First column.

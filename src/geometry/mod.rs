@@ -1,9 +1,9 @@
 //! Image boxes, volumes and the camera model.
 
 mod boxes;
-mod volume;
+mod aabb;
 mod camera_model;
 
-pub use boxes::{PixelBox, RowRun};
+pub use aabb::Aabb;
+pub use boxes::{MaskRun, PixelBox};
 pub use camera_model::{CameraModel, Intrinsics, LiftError};
-pub use volume::Volume;

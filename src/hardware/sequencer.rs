@@ -71,9 +71,9 @@ impl Sequencer {
         match kind {
             CommandKind::Continue => None,
             CommandKind::Start(motion) => Some(self.start(command_id, motion, arm)),
-            CommandKind::BreakOff => {
+            CommandKind::Cancel => {
                 let progress = self.running.as_mut().filter(|p| p.ending.is_none())?;
-                progress.ending = Some(StatusKind::BrokenOff);
+                progress.ending = Some(StatusKind::Cancelled);
                 go_up(progress, arm);
                 None
             }
@@ -81,7 +81,7 @@ impl Sequencer {
                 let here = arm.tool();
                 // The motion is over: having arrived here is not having reached its next point.
                 if let Some(progress) = &mut self.running {
-                    progress.ending.get_or_insert(StatusKind::BrokenOff);
+                    progress.ending.get_or_insert(StatusKind::Cancelled);
                 }
                 // A refusal leaves the arm where its last target is: it stands still there, too.
                 arm.go(here).err().map(StatusKind::Failed)

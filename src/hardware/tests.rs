@@ -138,22 +138,22 @@ fn a_broken_off_motion_goes_up_with_what_is_held_and_then_says_so() {
     for holding in [false, true] {
         let (mut sequencer, mut arm) = going_down();
         arm.holding = holding;
-        assert_eq!(sequencer.accept(4, &CommandKind::BreakOff, &mut arm), None);
+        assert_eq!(sequencer.accept(4, &CommandKind::Cancel, &mut arm), None);
         assert_eq!(arm.heights(), [0.5, 0.1, 0.5]);
         assert_eq!(arm.tool.opening_m, if holding { 0.0 } else { 0.05 }, "what is held stays held");
-        assert_eq!(sequencer.accept(4, &CommandKind::BreakOff, &mut arm), None);
+        assert_eq!(sequencer.accept(4, &CommandKind::Cancel, &mut arm), None);
         assert_eq!(arm.targets.len(), 3, "told twice, done once");
         arm.arrived = false;
         assert_eq!(sequencer.tick(&mut arm), None);
         arm.arrived = true;
-        assert_eq!(sequencer.tick(&mut arm), Some((4, StatusKind::BrokenOff)));
+        assert_eq!(sequencer.tick(&mut arm), Some((4, StatusKind::Cancelled)));
     }
 }
 
 #[test]
 fn breaking_off_or_going_on_without_a_motion_moves_nothing() {
     let (mut sequencer, mut arm) = (Sequencer::default(), FakeArm::new());
-    for kind in [CommandKind::BreakOff, CommandKind::Continue] {
+    for kind in [CommandKind::Cancel, CommandKind::Continue] {
         assert_eq!(sequencer.accept(1, &kind, &mut arm), None);
         assert_eq!(sequencer.tick(&mut arm), None);
     }
@@ -192,7 +192,7 @@ fn hold_stands_still_where_the_tool_is() {
     assert_eq!(sequencer.accept(4, &CommandKind::Hold, &mut arm), None);
     assert_eq!(arm.heights(), [0.5, 0.1, 0.3]);
     let ended = sequencer.tick(&mut arm);
-    assert_eq!(ended, Some((4, StatusKind::BrokenOff)), "the jaws keep what they hold");
+    assert_eq!(ended, Some((4, StatusKind::Cancelled)), "the jaws keep what they hold");
     assert_eq!((sequencer.tick(&mut arm), arm.targets.len()), (None, 3), "it stays there");
     arm.floor_m = 1.0;
     let refused = sequencer.accept(4, &CommandKind::Hold, &mut arm);

@@ -87,7 +87,7 @@ pub enum CommandKind {
     /// Start a motion; the robot must be idle.
     Start(Motion),
     /// Break the running motion off: go straight up, keep what is held.
-    BreakOff,
+    Cancel,
     /// Stand still, now.
     Hold,
 }
@@ -117,7 +117,7 @@ pub enum StatusKind {
     /// It could not be carried out.
     Failed(String),
     /// It was broken off as told.
-    BrokenOff,
+    Cancelled,
 }
 
 /// What a robot says of a command.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Rung;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
-use crate::scene::Cause;
+use crate::scene::FrameRef;
 
 /// The goal, constant for the episode.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +96,7 @@ pub enum PlanVerdict {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanMessage {
     /// The scene's frame.
-    pub cause: Cause,
+    pub cause: FrameRef,
     /// The answer.
     pub verdict: PlanVerdict,
     /// Which rung of the ladder gave it; none when the question could not be put.
@@ -113,7 +113,7 @@ pub struct PlanMessage {
 
 impl PlanMessage {
     /// A verdict without figures.
-    pub fn new(cause: Cause, verdict: PlanVerdict) -> Self {
+    pub fn new(cause: FrameRef, verdict: PlanVerdict) -> Self {
         let (observe, decide) = (Spent::default(), Spent::default());
         Self { cause, verdict, rung: None, expansions: 0, plan_us: 0, observe, decide }
     }

@@ -114,7 +114,7 @@ fn encode_command(text: &mut String, command: &Command) {
     let kind = match &command.kind {
         CommandKind::Continue => "continue",
         CommandKind::Start(_) => "start",
-        CommandKind::BreakOff => "cancel",
+        CommandKind::Cancel => "cancel",
         CommandKind::Hold => "hold",
     };
     // A motion for the sake of a better view serves no step.
@@ -171,14 +171,14 @@ mod tests {
     use crate::executive::AnswerKind;
     use crate::messages::Motion;
     use crate::pddl::{Atom, Name, Step};
-    use crate::scene::{Cause, Origin, SceneFact};
+    use crate::scene::{FrameRef, Origin, SceneFact};
 
     fn name(text: &str) -> Name {
         Name::new(text)
     }
 
     fn cycle() -> (Scene, PlanMessage, Decision) {
-        let cause = Cause { cycle: 3, frame_sequence: 4, capture_ns: 400, frame_send_ns: 77 };
+        let cause = FrameRef { cycle: 3, frame_sequence: 4, capture_ns: 400, frame_send_ns: 77 };
         let fact = SceneFact {
             atom: Atom { predicate: name("on"), args: vec![name("a"), name("b")] },
             raw: Truth::Unknown,

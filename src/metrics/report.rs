@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{EpisodeEnd, Quantiles};
+use super::{EpisodeResult, Quantiles};
 use crate::executive::AnswerKind;
 
 /// The report of one episode.
@@ -70,7 +70,7 @@ const KINDS: [(&str, AnswerKind); 3] = [
 
 impl Latencies {
     /// The quantiles of what an episode has booked.
-    pub fn of(end: &EpisodeEnd) -> Self {
+    pub fn of(end: &EpisodeResult) -> Self {
         let tally = &end.tally;
         let by_kind = KINDS.map(|(name, kind)| (name, tally.frame_to_command(kind).quantiles()));
         Self {

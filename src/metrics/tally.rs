@@ -10,13 +10,13 @@ use crate::scene::Scene;
 
 /// How an episode ended, as the executor announces it.
 #[derive(Debug, Clone)]
-pub struct EpisodeEnd {
+pub struct EpisodeResult {
     /// The verdict.
     pub verdict: Verdict,
     /// What was counted.
     pub counts: Counts,
     /// What was booked.
-    pub tally: Tally,
+    pub tally: EpisodeMetrics,
     /// The plan that was followed, without what had been done.
     pub remaining: Vec<Step>,
     /// The last scene.
@@ -25,7 +25,7 @@ pub struct EpisodeEnd {
 
 /// Latencies, and a hash over every decision.
 #[derive(Debug, Clone, Default)]
-pub struct Tally {
+pub struct EpisodeMetrics {
     frame_to_command: BTreeMap<AnswerKind, Latency>,
     /// Pixels → detections.
     pub detect: Latency,
@@ -40,7 +40,7 @@ pub struct Tally {
     last_ns: u64,
 }
 
-impl Tally {
+impl EpisodeMetrics {
     /// Run time between the first and the last frame, seconds.
     pub fn run_seconds(&self) -> f64 {
         self.last_ns.saturating_sub(self.first_ns.unwrap_or(self.last_ns)) as f64 / 1e9

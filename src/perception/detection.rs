@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::geometry::{PixelBox, RowRun};
+use crate::geometry::{MaskRun, PixelBox};
 use crate::pddl::Name;
 
 /// Everything that a detector says of one image.
@@ -41,12 +41,12 @@ pub struct Detection {
     /// Confidence in 0..=1.
     pub score: f32,
     /// Its pixels, top to bottom and left to right.
-    pub mask: Vec<RowRun>,
+    pub mask: Vec<MaskRun>,
 }
 
 impl Detection {
     /// The mask as grounding takes it; `None` without one.
-    pub fn pixels(&self) -> Option<Arc<[RowRun]>> {
+    pub fn pixels(&self) -> Option<Arc<[MaskRun]>> {
         Some(self.mask.as_slice().into()).filter(|_| !self.mask.is_empty())
     }
 

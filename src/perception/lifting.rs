@@ -7,7 +7,7 @@ use super::model::DepthRule;
 use super::silhouette::mask_of_box;
 use super::views::check_sides;
 use super::{Detection, ImageError};
-use crate::geometry::{CameraModel, RowRun, Volume};
+use crate::geometry::{Aabb, CameraModel, MaskRun};
 
 /// A depth image: metres along the optical axis, row by row from the top; 0 where unknown.
 #[derive(Debug, Clone, Copy)]
@@ -60,11 +60,11 @@ impl<'a> DepthView<'a> {
 
 /// What depth says of a detected object.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct BoxEstimate {
     /// The volume of what is visible of it.
-    pub volume: Volume,
+    pub volume: Aabb,
     /// Sides on which something nearer, or the image's edge, hides how far it reaches.
-    pub cut: CutSides,
+    pub cut: TruncatedSides,
     /// Which way the camera looks.
     heading: Heading,
 }
@@ -98,7 +98,7 @@ impl Heading {
 
 /// Sides of a visible volume that are not the object's own, as the camera sees them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct CutSides {
+pub struct TruncatedSides {
     /// The left one.
     pub left: bool,
     /// The right one.
@@ -130,7 +130,7 @@ pub fn volume_of(
     depth: &DepthView<'_>,
     camera: &CameraModel,
     rule: DepthRule,
-) -> Option<Measured> {
+) -> Option<BoxEstimate> {
     let heading = Heading::of(camera);
     let lift = |column: f64, row: f64, depth_m: f64| -> Option<Point3<f64>> {
         let point = camera.lift(Point2::new(column, row), depth_m).ok()?;
@@ -165,7 +165,7 @@ pub fn volume_of(
         Some((pixel(c.x, c.y_last, 0.0, 0.5)?.z, hidden))
     }));
     let top = columns.iter().filter_map(|c| pixel(c.x, c.y_first, 0.0, 0.0)).map(|p| p.z);
-    let cut = CutSides { left: left.is_cut, right: right.is_cut, bottom: bottom.is_cut };
+    let cut = TruncatedSides { left: left.is_cut, right: right.is_cut, bottom: bottom.is_cut };
     let (left, right) = (quantile(left.ends, 0.1)?, quantile(right.ends, 0.9)?);
     let (bottom, top) = (quantile(bottom.ends, 0.5)?, quantile(top.collect(), 0.75)?);
     let front = columns
@@ -179,16 +179,16 @@ pub fn volume_of(
     let centre =
         Point3::new(f64::midpoint(left, right), front + extent_y / 2.0, f64::midpoint(bottom, top));
     let centre = heading.world_from_view(centre);
-    let volume = Volume { centre, extent: [right - left, extent_y, top - bottom] };
-    Some(Measured { volume, cut, heading })
+    let volume = Aabb { centre, extent: [right - left, extent_y, top - bottom] };
+    Some(BoxEstimate { volume, cut, heading })
 }
 
-impl Measured {
+impl BoxEstimate {
     /// The whole object, given how large it is known to be: a side that is cut is put where the
     /// opposite side says. `None` when left and right are cut, and nothing says where it is.
-    pub fn completed(&self, known: &Volume) -> Option<Volume> {
+    pub fn completed(&self, known: &Aabb) -> Option<Aabb> {
         let Self { volume, cut, heading } = self;
-        let volume = Volume { centre: heading.view_from_world(volume.centre), ..*volume };
+        let volume = Aabb { centre: heading.view_from_world(volume.centre), ..*volume };
         let ([x_low, x_high], [_, z_high]) = (volume.span(0), volume.span(2));
         let [width, depth, height] = known.extent;
         let (x_low, x_high) = match (cut.left, cut.right) {
@@ -206,7 +206,7 @@ impl Measured {
             front + extent_y / 2.0,
             z_high - extent_z / 2.0,
         );
-        Some(Volume {
+        Some(Aabb {
             centre: heading.world_from_view(centre),
             extent: [x_high - x_low, extent_y, extent_z],
         })
@@ -246,8 +246,8 @@ impl DepthView<'_> {
 }
 
 /// First and last column of each row.
-fn row_ends(mask: &[RowRun]) -> Vec<RowRun> {
-    let mut rows: Vec<RowRun> = Vec::new();
+fn row_ends(mask: &[MaskRun]) -> Vec<MaskRun> {
+    let mut rows: Vec<MaskRun> = Vec::new();
     for run in mask.iter().filter(|r| r.x_start < r.x_end) {
         match rows.last_mut() {
             Some(last) if last.y == run.y => {
@@ -274,7 +274,7 @@ impl ColumnEnds {
 }
 
 /// First and last row of each column.
-fn column_ends(mask: &[RowRun]) -> Vec<ColumnEnds> {
+fn column_ends(mask: &[MaskRun]) -> Vec<ColumnEnds> {
     let first = mask.iter().map(|r| r.x_start).min().unwrap_or(0);
     let end = mask.iter().map(|r| r.x_end).max().unwrap_or(0);
     let mut columns: Vec<Option<ColumnEnds>> = (first..end).map(|_| None).collect();
@@ -329,7 +329,7 @@ mod tests {
     }
 
     /// Where a ray first meets an axis-aligned box, as a multiple of its direction.
-    fn hit(from: Point3<f64>, along: Vector3<f64>, volume: &Volume) -> Option<f64> {
+    fn hit(from: Point3<f64>, along: Vector3<f64>, volume: &Aabb) -> Option<f64> {
         let (mut near, mut far) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             let half = volume.extent[axis] / 2.0;
@@ -342,12 +342,12 @@ mod tests {
 
     /// Ray-casts one box, with depth noise of about a millimetre, and lifts it back.
     #[track_caller]
-    fn check(width: usize, height: usize, volume: Volume, tolerance_m: f64) {
+    fn check(width: usize, height: usize, volume: Aabb, tolerance_m: f64) {
         check_from(&camera(width, height), [width, height], volume, tolerance_m);
     }
 
     #[track_caller]
-    fn check_from(camera: &CameraModel, size: [usize; 2], volume: Volume, tolerance_m: f64) {
+    fn check_from(camera: &CameraModel, size: [usize; 2], volume: Aabb, tolerance_m: f64) {
         let [width, height] = size;
         let k = camera.intrinsics;
         let from = Point3::from(camera.world_from_camera.translation.vector);
@@ -361,7 +361,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 16) / 65_536.0 - 0.5; // uniform: sigma is 0.29
             depth_m[y * width + x] = (depth + 0.001 / 0.29 * noise) as f32;
-            mask.push(RowRun { y: y as u32, x_start: x as u32, x_end: x as u32 + 1 });
+            mask.push(MaskRun { y: y as u32, x_start: x as u32, x_end: x as u32 + 1 });
         }
         let detection = Detection {
             name: None,
@@ -373,7 +373,7 @@ mod tests {
         };
         let depth = DepthView::new(width, height, &depth_m).unwrap();
         let measured = volume_of(&detection, &depth, camera, DepthRule::AsWide).unwrap();
-        assert_eq!(measured.cut, CutSides::default());
+        assert_eq!(measured.cut, TruncatedSides::default());
         let lifted = measured.volume;
         let off = (lifted.centre - volume.centre).abs().max();
         assert!(off < tolerance_m, "{lifted:?} for {volume:?}");
@@ -381,17 +381,16 @@ mod tests {
 
     #[test]
     fn a_cut_side_is_put_where_the_known_size_says() {
-        let whole = Volume { centre: Point3::new(0.1, 0.2, 0.025), extent: [0.05; 3] };
-        let visible =
-            Volume { centre: Point3::new(0.115, 0.185, 0.035), extent: [0.02, 0.02, 0.03] };
-        let cut = CutSides { left: true, right: false, bottom: true };
+        let whole = Aabb { centre: Point3::new(0.1, 0.2, 0.025), extent: [0.05; 3] };
+        let visible = Aabb { centre: Point3::new(0.115, 0.185, 0.035), extent: [0.02, 0.02, 0.03] };
+        let cut = TruncatedSides { left: true, right: false, bottom: true };
         let heading = Heading([0.0, 1.0]);
-        let completed = Measured { volume: visible, cut, heading }.completed(&whole).unwrap();
+        let completed = BoxEstimate { volume: visible, cut, heading }.completed(&whole).unwrap();
         assert!((completed.centre - whole.centre).norm() < 1e-9, "{completed:?}");
         assert!(completed.extent.iter().all(|e| (e - 0.05).abs() < 1e-9), "{completed:?}");
-        let both = CutSides { left: true, right: true, bottom: false };
-        assert_eq!(Measured { volume: visible, cut: both, heading }.completed(&whole), None);
-        let measured = Measured { volume: visible, cut: CutSides::default(), heading };
+        let both = TruncatedSides { left: true, right: true, bottom: false };
+        assert_eq!(BoxEstimate { volume: visible, cut: both, heading }.completed(&whole), None);
+        let measured = BoxEstimate { volume: visible, cut: TruncatedSides::default(), heading };
         let as_seen = measured.completed(&whole).unwrap();
         assert!((as_seen.centre - visible.centre).norm() < 1e-9, "{as_seen:?}");
     }
@@ -399,7 +398,7 @@ mod tests {
     #[test]
     fn cubes_are_lifted_to_where_they_are() {
         for (x, y, z) in [(0.0, 0.0, 0.025), (0.28, 0.05, 0.025), (-0.2, -0.1, 0.125)] {
-            let volume = Volume { centre: Point3::new(x, y, z), extent: [0.05; 3] };
+            let volume = Aabb { centre: Point3::new(x, y, z), extent: [0.05; 3] };
             check(640, 480, volume, 0.002);
             check(320, 240, volume, 0.004);
         }
@@ -412,8 +411,8 @@ mod tests {
     fn a_cube_on_a_table_is_lifted_from_its_box() {
         for x in [0.0, 0.15, -0.28] {
             let (width, height, camera) = (640, 480, camera(640, 480));
-            let volume = Volume { centre: Point3::new(x, 0.0, 0.025), extent: [0.05; 3] };
-            let table = Volume { centre: Point3::new(0.0, 0.0, -0.05), extent: [4.0, 4.0, 0.1] };
+            let volume = Aabb { centre: Point3::new(x, 0.0, 0.025), extent: [0.05; 3] };
+            let table = Aabb { centre: Point3::new(0.0, 0.0, -0.05), extent: [4.0, 4.0, 0.1] };
             let k = camera.intrinsics;
             let from = Point3::from(camera.world_from_camera.translation.vector);
             let mut depth_m = vec![0.0_f32; width * height];
@@ -447,22 +446,21 @@ mod tests {
     /// From the right, an object's left side is its front one.
     #[test]
     fn a_camera_may_look_in_any_direction() {
-        let volume = Volume { centre: Point3::new(0.05, 0.1, 0.025), extent: [0.05; 3] };
+        let volume = Aabb { centre: Point3::new(0.05, 0.1, 0.025), extent: [0.05; 3] };
         for from in [[0.95, 0.0, 0.42], [-0.95, 0.0, 0.42], [0.0, 0.95, 0.42], [0.0, -0.4, 1.1]] {
             check_from(&camera_at(from.into(), 640, 480), [640, 480], volume, 0.002);
         }
-        let cut = CutSides { left: true, right: false, bottom: false };
+        let cut = TruncatedSides { left: true, right: false, bottom: false };
         let heading = Heading::of(&camera_at(Point3::new(0.95, 0.0, 0.42), 640, 480));
-        let visible =
-            Volume { centre: Point3::new(0.05, 0.115, 0.025), extent: [0.02, 0.02, 0.05] };
-        let visible = Volume { centre: visible.centre + Vector3::new(0.015, 0.0, 0.0), ..visible };
-        let completed = Measured { volume: visible, cut, heading }.completed(&volume).unwrap();
+        let visible = Aabb { centre: Point3::new(0.05, 0.115, 0.025), extent: [0.02, 0.02, 0.05] };
+        let visible = Aabb { centre: visible.centre + Vector3::new(0.015, 0.0, 0.0), ..visible };
+        let completed = BoxEstimate { volume: visible, cut, heading }.completed(&volume).unwrap();
         assert!((completed.centre - volume.centre).norm() < 1e-9, "{completed:?}");
     }
 
     #[test]
     fn without_depth_there_is_no_volume() {
-        let mask = vec![RowRun { y: 1, x_start: 0, x_end: 40 }];
+        let mask = vec![MaskRun { y: 1, x_start: 0, x_end: 40 }];
         let detection = Detection {
             name: None,
             type_name: "block".into(),

@@ -16,7 +16,7 @@ pub mod tracking;
 
 pub use completion::{complete, facts_of, merged};
 pub use detection::{Detection, PhraseBox, Sighted};
-pub use lifting::{CutSides, DepthError, DepthView, Measured, volume_of};
+pub use lifting::{BoxEstimate, DepthError, DepthView, TruncatedSides, volume_of};
 pub use naming::{label_of, name_detections, unused_name};
 pub use phrases::{
     MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,

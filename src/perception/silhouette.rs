@@ -2,7 +2,7 @@
 //! about as far away as its middle.
 
 use super::DepthView;
-use crate::geometry::{CameraModel, PixelBox, RowRun};
+use crate::geometry::{CameraModel, MaskRun, PixelBox};
 
 /// The pixels of a box that are within the object's reach of the middle's depth: an object is
 /// taken to be about as deep as it is wide. In each row the run from the first to the last of them;
@@ -11,7 +11,7 @@ pub(super) fn mask_of_box(
     pixel_box: &PixelBox,
     depth: &DepthView<'_>,
     camera: &CameraModel,
-) -> Vec<RowRun> {
+) -> Vec<MaskRun> {
     let edge = |v: f64| v.round().max(0.0) as u32;
     let (columns, rows) =
         (edge(pixel_box.x1)..edge(pixel_box.x2), edge(pixel_box.y1)..edge(pixel_box.y2));
@@ -34,7 +34,7 @@ pub(super) fn mask_of_box(
     let run = |y: u32| {
         let x_start = columns.clone().find(|x| is_own(*x, y))?;
         let x_end = columns.clone().rev().find(|x| is_own(*x, y))? + 1;
-        Some(RowRun { y, x_start, x_end })
+        Some(MaskRun { y, x_start, x_end })
     };
     rows.filter_map(run).collect()
 }
@@ -64,8 +64,8 @@ mod tests {
             world_from_camera: Isometry3::identity(),
         };
         let mask = mask_of_box(&PixelBox::from([11.6, 6.8, 29.2, 24.0]), &depth, &camera);
-        assert_eq!(mask.first(), Some(&RowRun { y: 7, x_start: 20, x_end: 21 }));
-        assert_eq!(mask.get(8), Some(&RowRun { y: 15, x_start: 12, x_end: 29 }));
+        assert_eq!(mask.first(), Some(&MaskRun { y: 7, x_start: 20, x_end: 21 }));
+        assert_eq!(mask.get(8), Some(&MaskRun { y: 15, x_start: 12, x_end: 29 }));
         assert_eq!(mask.len(), 17);
         assert!(mask_of_box(&PixelBox::from([60.0, 1.0, 70.0, 9.0]), &depth, &camera).is_empty());
     }

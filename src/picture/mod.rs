@@ -72,7 +72,7 @@ pub enum EdgeKind {
 /// One line about what was not recognised as it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
-    /// The fact or the doubt as text.
+    /// The fact or the anomaly as text.
     pub text: String,
     /// What is the matter with it.
     pub kind: RemarkKind,
@@ -86,7 +86,7 @@ pub enum RemarkKind {
     /// It holds and was not recognised.
     Missing,
     /// It is not known, or cannot be explained.
-    Doubt,
+    Anomaly,
 }
 
 /// One part of the goal and whether it holds now.

@@ -143,7 +143,7 @@ impl Pen<'_, '_> {
         let counts = [
             (count(RemarkKind::Wrong), "wrong"),
             (count(RemarkKind::Missing), "missing"),
-            (count(RemarkKind::Doubt), "in doubt"),
+            (count(RemarkKind::Anomaly), "in anomaly"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
         self.heading("FACTS", &counts.collect::<Vec<_>>().join(", "));
@@ -159,7 +159,7 @@ impl Pen<'_, '_> {
                 RemarkKind::Missing => {
                     self.canvas.stroke(&[(x - 6.0, y), (x + 6.0, y)], 3.0, palette::MISSING, 1.0);
                 }
-                RemarkKind::Doubt => self.canvas.disc((x, y), 5.0, palette::DOUBT, 1.0),
+                RemarkKind::Anomaly => self.canvas.disc((x, y), 5.0, palette::DOUBT, 1.0),
             }
             self.entry(&remark.text, CODE);
         }

@@ -195,7 +195,7 @@ fn forty_objects_long_texts_and_long_lists_are_drawn() {
     let holds = [Truth::True, Truth::False, Truth::Unknown];
     let goal: Vec<GoalMark> =
         (0..60).map(|idx| GoalMark { text: long.clone(), holds: holds[idx % 3] }).collect();
-    let kinds = [RemarkKind::Wrong, RemarkKind::Missing, RemarkKind::Doubt];
+    let kinds = [RemarkKind::Wrong, RemarkKind::Missing, RemarkKind::Anomaly];
     let remarks: Vec<Remark> =
         (0..50).map(|idx| Remark { text: long.clone(), kind: kinds[idx % 3] }).collect();
     let plan = vec![format!("({long})\u{1F916} ä"); 300];

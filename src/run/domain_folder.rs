@@ -8,7 +8,7 @@ use super::{ConfigError, read_text};
 use crate::goals::Language;
 use crate::pddl::{Axiom, Domain, SourceText, parse_domain, parse_rules};
 use crate::perception::model::Perception;
-use crate::skills::SkillBook;
+use crate::skills::SkillMap;
 
 /// The files of `domains/<name>/`, read and checked against one another.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub struct DomainFolder {
     /// `language.toml`, where there is one.
     pub language: Option<Language>,
     /// `skills.toml`, where there is one.
-    pub skills: Option<SkillBook>,
+    pub skills: Option<SkillMap>,
     /// Of all these files: both ends of a topic must use the same.
     pub hash: u64,
     /// Remarks of the PDDL parser.
@@ -86,7 +86,7 @@ impl DomainFolder {
             None => None,
         };
         let skills = match read("skills.toml")? {
-            Some(source) => Some(SkillBook::parse(&source.name, &source.text, &domain)?),
+            Some(source) => Some(SkillMap::parse(&source.name, &source.text, &domain)?),
             None => None,
         };
         let digest: [u8; 32] = hash.finalize().into();

@@ -4,20 +4,20 @@ use std::sync::Arc;
 
 use tokio::sync::watch;
 
-use super::wiring::{Prepared, Shared};
+use super::wiring::{PreparedRun, Shared};
 use super::{DomainFolder, RunError};
 use crate::actors::{
-    ActorSpec, Chaos, Fatal, Keep, SnapshotRequest, scene_parser, skill_executor, snapshot,
+    ActorSpec, Chaos, Checkpoint, Fatal, SnapshotRequest, scene_parser, skill_executor, snapshot,
     supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
 use crate::executive::Stop;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
 use crate::messages::GoalMessage;
-use crate::metrics::{EpisodeEnd, EpisodeReport, Latencies};
+use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
 use crate::perception::complete;
 use crate::scene::Scene;
-use crate::transport::convert::Vocabulary;
+use crate::transport::convert::WireContext;
 use crate::transport::{Bus, BusConfig};
 
 /// How an episode is run.
@@ -39,7 +39,7 @@ pub struct Episode {
     /// The report.
     pub report: EpisodeReport,
     /// The executor's own account.
-    pub end: EpisodeEnd,
+    pub end: EpisodeResult,
     /// How many `[[panic]]` entries have fired.
     pub n_panics: usize,
 }
@@ -49,7 +49,7 @@ pub struct Episode {
 /// # Errors
 /// [`RunError`] when it ends without one.
 pub async fn run_episode(
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     options: EpisodeOptions,
 ) -> Result<Episode, RunError> {
     let (started_ns, cpu_ns) = (monotonic_ns(), process_cpu_ns());
@@ -57,21 +57,21 @@ pub async fn run_episode(
     let (end_sender, mut end_receiver) = watch::channel(None);
     let run_id = started_ns ^ (u64::from(std::process::id()) << 48);
     let folder = &prepared.folder;
-    let vocabulary = Arc::new(Vocabulary::new(run_id, folder.hash, folder.domain.clone()));
+    let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
     let shared = Shared {
-        vocabulary,
+        context,
         narrate: options.narrate,
         stop: options.stop,
         end: end_sender,
-        goal: Keep::default(),
-        scenes: Keep::default(),
+        goal: Checkpoint::default(),
+        scenes: Checkpoint::default(),
         chaos: Chaos::new(&prepared.config.panic),
     };
-    let mut actors = prepared.thinkers(&bus, &shared)?;
+    let mut actors = prepared.core_actors(&bus, &shared)?;
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&shared.vocabulary),
+            context: Arc::clone(&shared.context),
             perception: folder.perception.clone(),
             instruction: prepared.config.goal.text.clone(),
             request,
@@ -101,9 +101,9 @@ pub async fn run_episode(
 }
 
 async fn wait(
-    end: &mut watch::Receiver<Option<EpisodeEnd>>,
+    end: &mut watch::Receiver<Option<EpisodeResult>>,
     fatal: &mut watch::Receiver<Option<Fatal>>,
-) -> Result<EpisodeEnd, RunError> {
+) -> Result<EpisodeResult, RunError> {
     let gone = || Fatal::Restarts {
         actor: "supervisor",
         failures: 1,
@@ -120,9 +120,9 @@ async fn wait(
 }
 
 fn report(
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     shared: &Shared,
-    end: &EpisodeEnd,
+    end: &EpisodeResult,
     (wall_seconds, cpu_seconds): (f64, f64),
 ) -> EpisodeReport {
     let scenes: scene_parser::Memory = shared.scenes.load();

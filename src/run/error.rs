@@ -10,7 +10,7 @@ use crate::perception::ImageError;
 use crate::perception::detectors::DetectorError;
 use crate::perception::model::{ExemplarError, PerceptionError};
 use crate::planners::PlannerError;
-use crate::skills::BookError;
+use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
 /// A file or setting is not usable. Every message names the file, and the line or key.
@@ -61,7 +61,7 @@ pub enum ConfigError {
     Perception(#[from] PerceptionError),
     /// `skills.toml` is not usable.
     #[error(transparent)]
-    Skills(#[from] BookError),
+    Skills(#[from] SkillMapError),
     /// A labelled example is not usable.
     #[error(transparent)]
     Exemplar(#[from] ExemplarError),

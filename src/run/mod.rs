@@ -22,4 +22,4 @@ pub use run_file::{
     CameraConfig, CameraKind, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig, RobotKind,
     RunConfig,
 };
-pub use wiring::Prepared;
+pub use wiring::PreparedRun;

@@ -10,44 +10,45 @@ use super::{
     CameraKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment, in_data,
 };
 use crate::actors::{
-    ActorError, ActorSpec, Chaos, Keep, Serve, goal_parser, planner, scene_parser, skill_executor,
+    ActorError, ActorSpec, Chaos, Checkpoint, Serve, goal_parser, planner, scene_parser,
+    skill_executor,
 };
 use crate::clock::ClockKind;
 use crate::executive::{ExecutiveConfig, Stop};
 use crate::goals::{self, GoalSettings, GoalSource};
 use crate::logic::Facts;
 use crate::messages::GoalMessage;
-use crate::metrics::EpisodeEnd;
+use crate::metrics::EpisodeResult;
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;
 use crate::perception::tracking::ParserConfig;
 use crate::planners::{PLANNERS, PlannerSettings};
 use crate::replanning::{Adoption, Replanner};
-use crate::skills::SkillBook;
+use crate::skills::SkillMap;
 use crate::transport::Bus;
-use crate::transport::convert::Vocabulary;
+use crate::transport::convert::WireContext;
 
 /// A run file with everything that it names, read and checked.
 #[derive(Debug, Clone)]
-pub struct Prepared {
+pub struct PreparedRun {
     /// The run file.
     pub config: RunConfig,
     /// Its domain.
     pub folder: Arc<DomainFolder>,
     examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
-    skills: SkillBook,
+    skills: SkillMap,
     /// Made once: it may have looked at an image or hold a connection.
     goal: Arc<dyn GoalSource>,
 }
 
 /// What the actors of one episode share besides the bus.
 pub(super) struct Shared {
-    pub(super) vocabulary: Arc<Vocabulary>,
+    pub(super) context: Arc<WireContext>,
     pub(super) narrate: skill_executor::Narrate,
     pub(super) stop: watch::Receiver<Option<Stop>>,
-    pub(super) end: watch::Sender<Option<EpisodeEnd>>,
-    pub(super) goal: Keep<Option<GoalMessage>>,
-    pub(super) scenes: Keep<scene_parser::Memory>,
+    pub(super) end: watch::Sender<Option<EpisodeResult>>,
+    pub(super) goal: Checkpoint<Option<GoalMessage>>,
+    pub(super) scenes: Checkpoint<scene_parser::Memory>,
     pub(super) chaos: Chaos,
 }
 
@@ -62,7 +63,7 @@ pub(super) struct Hardware {
     pub(super) truth: Option<Truth>,
 }
 
-impl Prepared {
+impl PreparedRun {
     /// Reads everything that a run file names; `data` is what `$data` stands for.
     ///
     /// # Errors
@@ -72,7 +73,7 @@ impl Prepared {
         let examples = config.perception.exemplar.read(&folder, data)?;
         let skills = match (&folder.skills, config.robot.kind) {
             (Some(skills), _) => skills.clone(),
-            (None, RobotKind::None) => SkillBook::empty(),
+            (None, RobotKind::None) => SkillMap::empty(),
             (None, RobotKind::Sim) => {
                 return Err(ConfigError::File {
                     path: folder.path.join("skills.toml").display().to_string(),
@@ -121,7 +122,7 @@ impl Prepared {
     }
 
     /// The actors that every run has.
-    pub(super) fn thinkers(
+    pub(super) fn core_actors(
         &self,
         bus: &Bus,
         shared: &Shared,
@@ -156,14 +157,14 @@ impl Prepared {
         };
         let args = Arc::new(scene_parser::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&shared.vocabulary),
+            context: Arc::clone(&shared.context),
             config: Arc::new(config),
             detector: Arc::new(detector),
             detector_name: perception.detector.clone(),
             beside: beside && self.config.clock == ClockKind::Realtime,
             image_size: self.image_size(),
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
-            keep: shared.scenes.clone(),
+            checkpoint: shared.scenes.clone(),
             chaos: shared.chaos.clone(),
         });
         Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
@@ -172,10 +173,10 @@ impl Prepared {
     fn goal_parser(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
         let args = Arc::new(goal_parser::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&shared.vocabulary),
+            context: Arc::clone(&shared.context),
             source: Arc::clone(&self.goal),
             perception: self.folder.perception.clone(),
-            keep: shared.goal.clone(),
+            checkpoint: shared.goal.clone(),
             chaos: shared.chaos.clone(),
         });
         actor("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
@@ -184,12 +185,12 @@ impl Prepared {
     fn planner_actor(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
         let args = Arc::new(planner::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&shared.vocabulary),
+            context: Arc::clone(&shared.context),
             deadline: match self.config.clock {
                 ClockKind::Lockstep => None,
                 ClockKind::Realtime => Some(Duration::from_millis(self.config.planner.deadline_ms)),
             },
-            keep: Keep::new(planner::Memory::new(self.planner()?)),
+            checkpoint: Checkpoint::new(planner::Memory::new(self.planner()?)),
             chaos: shared.chaos.clone(),
         });
         Ok(actor("planner", move || planner::serve(Arc::clone(&args))))
@@ -208,13 +209,13 @@ impl Prepared {
         };
         let args = Arc::new(skill_executor::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&shared.vocabulary),
+            context: Arc::clone(&shared.context),
             config: Arc::new(config),
             clock: self.config.clock,
             narrate: Arc::clone(&shared.narrate),
             stop: shared.stop.clone(),
             end: shared.end.clone(),
-            keep: Keep::default(),
+            checkpoint: Checkpoint::default(),
             chaos: shared.chaos.clone(),
         });
         actor("skill_executor", move || skill_executor::serve(Arc::clone(&args)))

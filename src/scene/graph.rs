@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::{Doubt, SceneObject};
+use super::{Anomaly, SceneObject};
 use crate::logic::{Facts, Truth};
 use crate::pddl::{Atom, Typed};
 
 /// What a message rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Cause {
+pub struct FrameRef {
     /// Number of the cycle.
     pub cycle: u64,
     /// Number of the frame.
@@ -57,13 +57,13 @@ pub struct SceneFact {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
     /// The frame.
-    pub cause: Cause,
+    pub cause: FrameRef,
     /// The vertices.
     pub objects: Vec<SceneObject>,
     /// The edges (and unary facts).
     pub facts: Vec<SceneFact>,
     /// What no set of facts explains, seen for long enough to count: reasons to look again.
-    pub doubts: Vec<Doubt>,
+    pub anomalies: Vec<Anomaly>,
     /// How many facts differ from what is believed and are not confirmed yet.
     pub unsettled: u32,
     /// Time spent finding objects, microseconds (latency only).

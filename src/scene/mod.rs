@@ -1,9 +1,9 @@
 //! The domain-conditioned scene graph: objects of the domain's types, facts over its predicates.
 
 mod object;
-mod doubt;
+mod anomaly;
 mod graph;
 
-pub use doubt::Doubt;
-pub use graph::{Cause, Origin, Scene, SceneFact};
+pub use anomaly::Anomaly;
+pub use graph::{FrameRef, Origin, Scene, SceneFact};
 pub use object::{SceneObject, Visibility};

@@ -1,6 +1,6 @@
 //! Objects: the vertices of a domain-conditioned scene graph.
 
-use crate::geometry::{PixelBox, Volume};
+use crate::geometry::{Aabb, PixelBox};
 use crate::pddl::Name;
 
 /// How an object is known in this frame.
@@ -26,7 +26,7 @@ pub struct SceneObject {
     /// Where it was last seen in the image; `None` for an implied object.
     pub pixel_box: Option<PixelBox>,
     /// Where it was last seen in the world, where depth and camera pose are known.
-    pub volume: Option<Volume>,
+    pub volume: Option<Aabb>,
     /// The detector's confidence in 0..=1.
     pub score: f32,
     /// How it is known now.

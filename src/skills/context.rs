@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use serde::Deserialize;
 
 use super::SkillError;
-use crate::geometry::Volume;
+use crate::geometry::Aabb;
 use crate::messages::{Expect, RobotState, Waypoint};
 use crate::pddl::Name;
 use crate::scene::{SceneObject, Visibility};
@@ -111,7 +111,7 @@ impl<'a> SkillContext<'a> {
     ///
     /// # Errors
     /// [`SkillError::Unseen`], [`SkillError::NoVolume`], [`SkillError::OutOfReach`].
-    pub fn volume(&self, name: &Name) -> Result<Volume, SkillError> {
+    pub fn volume(&self, name: &Name) -> Result<Aabb, SkillError> {
         let object = self.objects.iter().find(|o| o.name == *name);
         let object = object.ok_or_else(|| SkillError::Unseen { object: name.clone() })?;
         let volume = object.volume.ok_or_else(|| SkillError::NoVolume { object: name.clone() })?;
@@ -126,7 +126,7 @@ impl<'a> SkillContext<'a> {
     pub fn others<'b>(
         &'b self,
         except: &'b [&'b Name],
-    ) -> impl Iterator<Item = (&'b SceneObject, Volume)> {
+    ) -> impl Iterator<Item = (&'b SceneObject, Aabb)> {
         self.objects.iter().filter_map(move |object| {
             let stands = object.visibility != Visibility::Held
                 && !except.contains(&&object.name)

@@ -3,7 +3,7 @@
 //! A skill is general (`pick`, `place`); `skills.toml` of a domain says which actions use which
 //! skills with which of their parameters. A skill is one file with one line in [`SKILLS`].
 
-mod book;
+mod skill_map;
 mod context;
 mod pick;
 mod place;
@@ -17,8 +17,8 @@ use thiserror::Error;
 use crate::messages::Motion;
 use crate::pddl::Name;
 
-pub use book::{ActionSkills, BookError, Preempt, SkillBook, SkillCall};
 pub use context::{Held, MotionConfig, SkillContext};
+pub use skill_map::{ActionSkills, Preempt, SkillCall, SkillMap, SkillMapError};
 
 /// Every skill by its name in `skills.toml`, in alphabetical order.
 pub const SKILLS: &[(&str, &dyn Skill)] = &[("pick", &pick::Pick), ("place", &place::Place)];

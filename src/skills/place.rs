@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 
 use super::{Held, Param, Skill, SkillContext, SkillError};
-use crate::geometry::Volume;
+use crate::geometry::Aabb;
 use crate::messages::{Expect, Motion};
 use crate::pddl::Name;
 
@@ -54,16 +54,16 @@ impl Skill for Place {
 }
 
 /// The middle of a target's upper face.
-fn onto(target: Volume) -> Point3<f64> {
+fn onto(target: Aabb) -> Point3<f64> {
     Point3::new(target.centre.x, target.centre.y, target.top_z())
 }
 
 /// The middle of the highest thing that is around a post, or the post's foot.
-fn around(post: &Name, volume: Volume, context: &SkillContext<'_>) -> Point3<f64> {
+fn around(post: &Name, volume: Aabb, context: &SkillContext<'_>) -> Point3<f64> {
     let (x, y) = (volume.centre.x, volume.centre.y);
     let foot_z = volume.centre.z - volume.extent[2] / 2.0;
     let except = [post];
-    let is_around = |other: &Volume| {
+    let is_around = |other: &Aabb| {
         let reach = other.extent[0].max(other.extent[1]) / 2.0;
         (other.centre.x - x).hypot(other.centre.y - y) < reach / 2.0
     };
@@ -82,7 +82,7 @@ fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, Sk
     let y = config.place_y_m;
     let [low, high] = config.place_x_m;
     let n_steps = ((high - low) / GRID_M) as u32;
-    let apart = |other: &Volume, axis: usize, distance: f64| {
+    let apart = |other: &Aabb, axis: usize, distance: f64| {
         distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m
     };
     let in_sight =

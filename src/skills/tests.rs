@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::Volume;
+use crate::geometry::Aabb;
 use crate::messages::{Expect, RobotState, Waypoint};
 use crate::pddl::Step;
 use crate::run::DomainFolder;
@@ -51,7 +51,7 @@ fn object(name: &str, centre: [f64; 3], extent: [f64; 3]) -> SceneObject {
         name: name.into(),
         type_name: "block".into(),
         pixel_box: None,
-        volume: Some(Volume { centre: Point3::from(centre), extent }),
+        volume: Some(Aabb { centre: Point3::from(centre), extent }),
         score: 1.0,
         visibility: Visibility::Visible,
         seen_ns: 0,
@@ -176,7 +176,7 @@ fn a_disk_goes_onto_the_highest_disk_around_the_peg_or_to_its_foot() {
             )
         };
         let book = entry("move") + &entry("recover");
-        let book = SkillBook::parse("skills.toml", &book, &folder("hanoi").domain).unwrap();
+        let book = SkillMap::parse("skills.toml", &book, &folder("hanoi").domain).unwrap();
         let step = step(&format!("move d q {target}"));
         let held = Some(disk_held.clone());
         let (motion, _) = book.motion(&step, &objects, &ROBOT, held, &MOTION).unwrap();
@@ -282,10 +282,10 @@ fn shipped_books_cover_every_action() {
 fn a_book_tells_what_a_step_carries_and_touches() {
     let blocks = folder("blocksworld").skills.unwrap();
     assert_eq!(blocks.carried(&step("stack a b arm")), Some("a".into()));
-    assert_eq!(blocks.touched(&step("stack a b arm")), ["a", "b"]);
-    assert_eq!(blocks.touched(&step("unstack a b arm")), ["a"], "what it lies on may move");
+    assert_eq!(blocks.target_objects(&step("stack a b arm")), ["a", "b"]);
+    assert_eq!(blocks.target_objects(&step("unstack a b arm")), ["a"], "what it lies on may move");
     let hanoi = folder("hanoi").skills.unwrap();
-    assert_eq!(hanoi.touched(&step("move d p q")), ["d", "q"]);
+    assert_eq!(hanoi.target_objects(&step("move d p q")), ["d", "q"]);
     assert_eq!(hanoi.carried(&step("dance d")), None);
 }
 
@@ -295,7 +295,7 @@ fn check_book(from: &str, to: &str, expect: &str) {
     let text = include_str!("../../domains/blocksworld/skills.toml");
     assert!(text.contains(from), "{from}");
     let domain = folder("blocksworld").domain;
-    let error = SkillBook::parse("skills.toml", &text.replacen(from, to, 1), &domain).unwrap_err();
+    let error = SkillMap::parse("skills.toml", &text.replacen(from, to, 1), &domain).unwrap_err();
     let message = error.to_string();
     assert!(message.starts_with("skills.toml: ") && message.contains(expect), "{message}");
 }
@@ -334,7 +334,7 @@ fn every_action_has_exactly_one_entry() {
     let entry = |action: &str| {
         format!("[[action]]\nname = \"{action}\"\npreempt = \"retract\"\nsequence = []\n")
     };
-    let message = |book: &str| SkillBook::parse("f", book, &domain).unwrap_err().to_string();
+    let message = |book: &str| SkillMap::parse("f", book, &domain).unwrap_err().to_string();
     assert_eq!(
         message(&entry("move")),
         "f: action recover: action: expected an entry for every action of the domain, got none"

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::world::{World, below};
 use crate::logic::{Facts, Truth};
 use crate::pddl::{Atom, Domain, Name, Problem, Step, Typed};
-use crate::scene::{Cause, Origin, Scene, SceneFact, SceneObject, Visibility};
+use crate::scene::{FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// How the world changes from one scene to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -71,7 +71,7 @@ impl View {
         let known = self.facts.known.iter().map(|atom| (atom, Truth::True));
         let unknown = self.facts.unknown.iter().map(|atom| (atom, Truth::Unknown));
         Scene {
-            cause: Cause { cycle, frame_sequence: cycle, ..Cause::default() },
+            cause: FrameRef { cycle, frame_sequence: cycle, ..FrameRef::default() },
             objects: self.objects.iter().map(object).collect(),
             facts: known.chain(unknown).map(fact).collect(),
             ..Scene::default()

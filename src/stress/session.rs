@@ -10,7 +10,7 @@ use super::error::StressError;
 use super::feed::View;
 use super::measure::Timing;
 use crate::actors::{
-    ActorSpec, Chaos, Fatal, Keep, Supervision, SupervisorConfig, planner, supervise,
+    ActorSpec, Chaos, Checkpoint, Fatal, Supervision, SupervisorConfig, planner, supervise,
 };
 use crate::clock::monotonic_ns;
 use crate::logic::Facts;
@@ -18,14 +18,14 @@ use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Rung};
 use crate::pddl::{Problem, Step};
 use crate::planners::PlannerConfig;
 use crate::run::DomainFolder;
-use crate::transport::convert::{Vocabulary, goal_to_wire, plan_from_wire, scene_to_wire};
+use crate::transport::convert::{WireContext, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
 use crate::transport::wire::{SceneRecord, StepRecord, TaskHeader};
 use crate::transport::{Bus, BusConfig, Inbox, Outbox, Received};
 
 /// One planner with its topics.
 pub(super) struct Session {
-    vocabulary: Arc<Vocabulary>,
+    context: Arc<WireContext>,
     scenes: Outbox<TaskHeader, SceneRecord>,
     plans: Inbox<TaskHeader, StepRecord>,
     /// Kept open: the goal is said once, and handed to whoever comes late.
@@ -94,13 +94,13 @@ impl Session {
         let bus = tokio::task::block_in_place(|| Bus::open(&start.bus))?;
         let run_id = monotonic_ns() ^ (u64::from(std::process::id()) << 48);
         let domain = &start.folder.domain;
-        let vocabulary = Arc::new(Vocabulary::new(run_id, start.folder.hash, domain.clone()));
+        let context = Arc::new(WireContext::new(run_id, start.folder.hash, domain.clone()));
         let memory = memory(&start)?;
         let args = Arc::new(planner::Args {
             bus: bus.clone(),
-            vocabulary: Arc::clone(&vocabulary),
+            context: Arc::clone(&context),
             deadline: Some(Duration::from_millis(start.planner.deadline_ms)),
-            keep: Keep::new(memory),
+            checkpoint: Checkpoint::new(memory),
             chaos: Chaos::default(),
         });
         let serve = move || Box::pin(planner::serve(Arc::clone(&args))) as crate::actors::Serve;
@@ -112,10 +112,10 @@ impl Session {
         let goals = bus.outbox(&GOAL)?;
         let supervision = supervise(vec![actor], restarts).await?;
         let goal = GoalMessage::new(start.problem.goal.clone(), Vec::new(), &start.problem.objects);
-        let (header, text) = goal_to_wire(&goal, &vocabulary);
+        let (header, text) = goal_to_wire(&goal, &context);
         goals.publish(header, &text)?;
         Ok(Self {
-            vocabulary,
+            context,
             scenes,
             plans,
             _goals: goals,
@@ -131,7 +131,7 @@ impl Session {
     pub(super) fn send(&mut self, view: &View) -> Result<u64, StressError> {
         self.cycle += 1;
         let scene = view.scene(self.cycle);
-        let (mut header, records) = scene_to_wire(&scene, &self.vocabulary)?;
+        let (mut header, records) = scene_to_wire(&scene, &self.context)?;
         let now_ns = monotonic_ns();
         header.frame_send_ns = now_ns;
         self.sent_ns.insert(self.cycle, now_ns);
@@ -141,8 +141,8 @@ impl Session {
 
     /// The next plan that comes; `None` when none comes in that time.
     pub(super) async fn answer(&mut self, within: Duration) -> Result<Option<Answer>, StressError> {
-        let vocabulary = Arc::clone(&self.vocabulary);
-        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &vocabulary);
+        let context = Arc::clone(&self.context);
+        let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &context);
         let fatal = &mut self.supervision.fatal;
         let message = tokio::select! {
             plan = timeout(within, self.plans.newest_of(read)) => match plan {

@@ -178,12 +178,12 @@ impl Default for TaskHeader {
     }
 }
 
-/// One object, fact or doubt of a scene; `tag` says which fields count.
+/// One object, fact or anomaly of a scene; `tag` says which fields count.
 #[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
 #[type_name("groundloop.SceneRecord.v1")]
 #[repr(C)]
 pub struct SceneRecord {
-    /// 0 = object, 1 = fact, 2 = doubt.
+    /// 0 = object, 1 = fact, 2 = anomaly.
     pub tag: u32,
     /// Object: index of its type in the domain's sorted types. Fact: index of its predicate.
     pub kind: u32,
@@ -193,9 +193,9 @@ pub struct SceneRecord {
     pub state: u32,
     /// Fact: confirmed truth (0 false, 1 unknown, 2 true).
     pub confirmed: u32,
-    /// Fact: number of arguments. Doubt: number of objects, at least one.
+    /// Fact: number of arguments. Anomaly: number of objects, at least one.
     pub n_args: u32,
-    /// Fact and doubt: arguments as indices into the objects of this message.
+    /// Fact and anomaly: arguments as indices into the objects of this message.
     pub args: [u32; ARGS_MAX],
     /// Detector's score or the fact's confidence, 0..=1.
     pub score: f32,
@@ -209,7 +209,7 @@ pub struct SceneRecord {
     pub centre: [f64; 3],
     /// Object: edge lengths of its volume, metres.
     pub extent: [f64; 3],
-    /// Object: its name (up to [`NAME_BYTES_MAX`]). Doubt: what is wrong, cut to as many bytes.
+    /// Object: its name (up to [`NAME_BYTES_MAX`]). Anomaly: what is wrong, cut to as many bytes.
     pub name: NameText,
 }
 

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex};
 
 use groundloop::executive::{Note, ReplanCause, Stop};
 use groundloop::run::{
-    Episode, EpisodeOptions, Prepared, RunConfig, RunError, load_run, run_episode,
+    Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
 };
 use groundloop::transport::BusConfig;
 use rustix::process::{Pid, Signal, kill_process};
@@ -71,7 +71,7 @@ impl TestRun {
 
     /// Runs an episode to its end.
     pub fn run(&self, config: RunConfig) -> Result<Episode, RunError> {
-        let prepared = Prepared::read(config, None)?;
+        let prepared = PreparedRun::read(config, None)?;
         let notes = Arc::clone(&self.notes);
         let options = EpisodeOptions {
             bus: self.bus("test"),

@@ -56,7 +56,7 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
         frame_deadline: now + args.wait,
         answer_deadline: None,
     };
-    let mut memory = args.keep.load();
+    let mut memory = args.checkpoint.load();
     loop {
         let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
         let usable = |frame: Received<FrameHeader, u8>| match check(args, &frame) {
@@ -77,7 +77,7 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
             }
             () = sleep_until(deadline) => return Err(tools.too_late(args).into()),
         }
-        args.keep.store(memory.clone());
+        args.checkpoint.store(memory.clone());
     }
 }
 
@@ -98,7 +98,7 @@ fn take_frame(
         return Ok(()); // a restarted camera shows the same frame again
     }
     args.chaos.message("scene_parser");
-    memory.hear(ports, &args.vocabulary)?;
+    memory.hear(ports, &args.context)?;
     memory.last_frame = Some(header.sequence);
     memory.missed = ports.rgb.drops().missed;
     let now = Instant::now();

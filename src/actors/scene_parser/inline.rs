@@ -22,7 +22,7 @@ struct Tools {
 pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
     let detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
     let mut tools = Tools { detector, depth_m: Vec::new() };
-    let mut memory = args.keep.load();
+    let mut memory = args.checkpoint.load();
     let mut depths: Option<Received<FrameHeader, u8>> = None;
     let mut rejection: Option<Rejection> = None;
     let mut deadline = Instant::now() + args.wait;
@@ -46,7 +46,7 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
             continue; // a restarted camera shows the same frame again
         }
         args.chaos.message("scene_parser");
-        memory.hear(&mut ports, &args.vocabulary)?;
+        memory.hear(&mut ports, &args.context)?;
         let parsed = tokio::task::block_in_place(|| {
             parse(args, &mut memory, &mut tools, &frame, depths.as_ref())
         });
@@ -62,7 +62,7 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
                 rejection = Some(rejected);
             }
         }
-        args.keep.store(memory.clone());
+        args.checkpoint.store(memory.clone());
     }
 }
 

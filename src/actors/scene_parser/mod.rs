@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::goal_parser::GOAL_PENDING;
-use super::{ActorError, Chaos, Fatal, Keep};
+use super::{ActorError, Chaos, Checkpoint, Fatal};
 use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
 use crate::messages::{Command, RobotState, Status};
@@ -19,9 +19,9 @@ use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
 use crate::perception::{DepthView, Sighted, phrase_of_name};
-use crate::scene::{Cause, Scene};
+use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    Vocabulary, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
+    WireContext, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
     robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
@@ -42,7 +42,7 @@ pub struct Args {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
-    pub vocabulary: Arc<Vocabulary>,
+    pub context: Arc<WireContext>,
     /// What does not change.
     pub config: Arc<ParserConfig>,
     /// Makes the detector.
@@ -56,7 +56,7 @@ pub struct Args {
     /// How long a frame, or an answer of the detector, may be missing.
     pub wait: Duration,
     /// Memory that outlives the actor.
-    pub keep: Keep<Memory>,
+    pub checkpoint: Checkpoint<Memory>,
     /// Panics on purpose.
     pub chaos: Chaos,
 }
@@ -234,7 +234,7 @@ impl Memory {
         let FrameStamp { sequence, capture_ns, send_ns } = looked.frame;
         let cycle = self.cycle;
         let context = FrameContext {
-            cause: Cause { cycle, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
+            cause: FrameRef { cycle, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
             depth: looked.depth,
             model: looked.model,
             robot: looked.robot,
@@ -266,14 +266,14 @@ impl Memory {
 
     /// Takes in what robot, executor and goal parser have said since the last frame. In lockstep
     /// the goal parser answers every scene before the next frame is captured.
-    fn hear(&mut self, ports: &mut Ports, vocabulary: &Vocabulary) -> Result<(), TransportError> {
+    fn hear(&mut self, ports: &mut Ports, context: &WireContext) -> Result<(), TransportError> {
         self.n_frames += 1;
         let n_frames = self.n_frames;
         while let Some(message) = ports.goals.poll_next()? {
             if message.header().verdict == GOAL_PENDING {
                 continue;
             }
-            match goal_from_wire(message.header(), message.records(), vocabulary) {
+            match goal_from_wire(message.header(), message.records(), context) {
                 Ok(goal) => self.named = goal.named,
                 Err(error) => tracing::warn!(%error, "goal"),
             }
@@ -296,7 +296,7 @@ impl Memory {
 
 impl Ports {
     fn publish(&self, args: &Args, scene: &Scene) -> Result<(), ActorError> {
-        let (header, records) = scene_to_wire(scene, &args.vocabulary)?;
+        let (header, records) = scene_to_wire(scene, &args.context)?;
         Ok(self.scenes.publish(header, &records)?)
     }
 }

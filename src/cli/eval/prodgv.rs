@@ -63,7 +63,7 @@ pub(super) struct Args {
     /// Draws each evaluated test into this folder: what was recognised, what is wrong and missing.
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
-    /// Also reports pair by pair: facts, doubts, goals.
+    /// Also reports pair by pair: facts, anomalies, goals.
     #[arg(long)]
     details: bool,
     /// Writes one JSON object to standard output, and nothing else there.

@@ -44,7 +44,7 @@ pub(super) fn print_details(report: &Report) {
             out::line(&format!("{name} exemplar {}, test {}{counted}", pair.exemplar, pair.test));
             out::line(&format!("  goal     {}", pair.goal));
             pair.dropped.iter().for_each(|text| out::line(&format!("  dropped  {text}")));
-            pair.doubts.iter().for_each(|text| out::line(&format!("  doubt    {text}")));
+            pair.anomalies.iter().for_each(|text| out::line(&format!("  anomaly    {text}")));
             pair.wrong.iter().for_each(|atom| out::line(&format!("  wrong    {atom}")));
             pair.missing.iter().for_each(|atom| out::line(&format!("  missing  {atom}")));
             out::line(&format!(
@@ -75,7 +75,7 @@ fn measured(report: &Report) -> Table {
     row("states exactly right", &|d| of([d.exact_states, d.pairs]));
     row("facts unknown", &|d| d.unknown.to_string());
     row("facts inferred by constraints", &|d| d.inferred.to_string());
-    row("doubts", &|d| d.doubts.to_string());
+    row("anomalies", &|d| d.anomalies.to_string());
     row("goals repaired", &|d| d.goals_repaired.to_string());
     row("problems valid, all files", &|d| of(d.problem_valid));
     row("plans valid, pairs", &|d| of(d.plan_valid_pairs));

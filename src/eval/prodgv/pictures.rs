@@ -178,7 +178,8 @@ fn remarks(episode: &Episode, missing: &[Atom]) -> Vec<Remark> {
     let remark = |text: String, kind: RemarkKind| Remark { text, kind };
     let wrong = episode.score.wrong.iter().map(|a| remark(a.to_string(), RemarkKind::Wrong));
     let missing = missing.iter().map(|atom| remark(atom.to_string(), RemarkKind::Missing));
-    let doubts = &episode.grounding.doubts;
-    let doubts = doubts.iter().map(|doubt| remark(doubt.reason.clone(), RemarkKind::Doubt));
-    wrong.chain(missing).chain(doubts).collect()
+    let anomalies = &episode.grounding.anomalies;
+    let anomalies =
+        anomalies.iter().map(|anomaly| remark(anomaly.reason.clone(), RemarkKind::Anomaly));
+    wrong.chain(missing).chain(anomalies).collect()
 }

@@ -62,7 +62,7 @@ pub struct DomainReport {
     /// Predicted facts that rest on a constraint.
     pub inferred: usize,
     /// What the grounder could not explain.
-    pub doubts: usize,
+    pub anomalies: usize,
     /// Goals that lost an atom which contradicted the rest.
     pub goals_repaired: usize,
     /// Problems that are problems of the domain, over all ordered pairs.
@@ -129,7 +129,7 @@ pub struct PairReport {
     /// Missing facts, with the true names.
     pub missing: Vec<String>,
     /// What the grounder could not explain.
-    pub doubts: Vec<String>,
+    pub anomalies: Vec<String>,
     /// The goal over the detections, or why there is none.
     pub goal: String,
     /// What was dropped from the goal.
@@ -166,7 +166,7 @@ pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool
         exact_states: counts.exact,
         unknown: counts.unknown,
         inferred: counts.inferred,
-        doubts: evaluated().map(|e| e.grounding.doubts.len()).sum(),
+        anomalies: evaluated().map(|e| e.grounding.anomalies.len()).sum(),
         goals_repaired: evaluated().filter(|e| !e.dropped.is_empty()).count(),
         problem_valid: all(episodes.iter().filter(|e| e.problem.is_ok()).count()),
         plan_valid_pairs: [valid, n_pairs],
@@ -200,7 +200,7 @@ fn pair_report(episode: &super::Episode) -> PairReport {
         list.iter().map(ToString::to_string).collect()
     }
     let score = &episode.score;
-    let doubts = episode.grounding.doubts.iter().map(ToString::to_string);
+    let anomalies = episode.grounding.anomalies.iter().map(ToString::to_string);
     let goal = match &episode.goal {
         Ok(goal) => goal.to_string(),
         Err(fault) => fault.why.clone(),
@@ -217,7 +217,7 @@ fn pair_report(episode: &super::Episode) -> PairReport {
         differs_from_recorded: episode.differs,
         wrong: texts(&score.wrong),
         missing: texts(&score.missing),
-        doubts: doubts.collect(),
+        anomalies: anomalies.collect(),
         goal,
         dropped: episode.dropped.clone(),
         plan_steps: episode.plan().map(<[_]>::len),

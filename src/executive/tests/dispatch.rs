@@ -82,8 +82,8 @@ fn a_new_plan_that_begins_with_the_running_step_keeps_it_running() {
 fn another_first_step_breaks_the_running_one_off_as_long_as_it_can_go_back() {
     // Waypoints of `place`: up, across, down, the last bit; open; up again.
     for (phase, expect) in [
-        (0, CommandKind::BreakOff),
-        (3, CommandKind::BreakOff),
+        (0, CommandKind::Cancel),
+        (3, CommandKind::Cancel),
         (4, CommandKind::Continue),
         (5, CommandKind::Continue),
     ] {
@@ -91,7 +91,7 @@ fn another_first_step_breaks_the_running_one_off_as_long_as_it_can_go_back() {
         episode.robot_mut().phase = phase;
         let decision = episode.plan(&[STACK_ON_GREEN]).cycle();
         assert_eq!(decision.command.kind, expect, "in phase {phase}");
-        if expect == CommandKind::BreakOff {
+        if expect == CommandKind::Cancel {
             assert_eq!(reasons(&decision), ["(stack red_block green_block arm) comes first now"]);
             let again = episode.cycle();
             assert_eq!(again.command.kind, CommandKind::Continue, "said once");
@@ -103,7 +103,7 @@ fn another_first_step_breaks_the_running_one_off_as_long_as_it_can_go_back() {
 fn the_new_step_starts_once_the_old_one_is_broken_off() {
     let mut episode = stacking();
     episode.plan(&[STACK_ON_GREEN]).cycle();
-    let decision = episode.hear(&[StatusKind::BrokenOff]);
+    let decision = episode.hear(&[StatusKind::Cancelled]);
     assert_eq!(started(&decision), Some("(stack red_block green_block arm)"));
     assert_eq!(decision.command.id, 3);
     assert_eq!(episode.executive.counts.skills_failed, 0, "breaking off is no failure");
@@ -115,7 +115,7 @@ fn a_switch_waits_while_the_scene_is_not_settled() {
     episode.scene.unsettled = 2;
     assert_eq!(episode.plan(&[STACK_ON_GREEN]).cycle().command.kind, CommandKind::Continue);
     episode.scene.unsettled = 0;
-    assert_eq!(episode.cycle().command.kind, CommandKind::BreakOff);
+    assert_eq!(episode.cycle().command.kind, CommandKind::Cancel);
 }
 
 /// One disk on the left peg, on its way to the middle one.
@@ -134,7 +134,7 @@ fn moving_disk() -> Episode {
 fn a_domain_that_cannot_say_holding_finishes_once_something_is_held() {
     // The first waypoints of `place`, whose motion alone could be broken off.
     for (phase, holding, expect) in [
-        (2, false, CommandKind::BreakOff),
+        (2, false, CommandKind::Cancel),
         (2, true, CommandKind::Continue),
         (7, true, CommandKind::Continue),
     ] {
@@ -153,7 +153,7 @@ fn a_target_that_has_moved_too_far_breaks_off() {
     assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
     episode.move_object("blue_block", limit * 0.2);
     let decision = episode.cycle();
-    assert_eq!(decision.command.kind, CommandKind::BreakOff);
+    assert_eq!(decision.command.kind, CommandKind::Cancel);
     assert_eq!(reasons(&decision), ["blue_block is 0.03 m from where it was"]);
 }
 

@@ -103,7 +103,7 @@ fn looks_count_from_the_last_dispatch() {
         episode.scene.unsettled = 0;
         episode.start(PICK);
         episode.plan = PlanVerdict::Missing { objects: Vec::new() }; // nothing new is started
-        episode.hear(&[StatusKind::BrokenOff]);
+        episode.hear(&[StatusKind::Cancelled]);
     }
 }
 
@@ -209,7 +209,7 @@ fn a_step_that_takes_too_long_is_broken_off_and_a_dead_robot_ends_the_episode() 
         assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
     }
     let decision = episode.cycle();
-    assert_eq!(decision.command.kind, CommandKind::BreakOff);
+    assert_eq!(decision.command.kind, CommandKind::Cancel);
     assert_eq!(reasons(&decision), [format!("it takes longer than {timeout_s} s")]);
     let (n, verdict) = episode.run_out(n_frames * 2);
     assert_eq!(n, n_frames + 1);
@@ -228,9 +228,9 @@ fn a_step_that_takes_too_long_is_broken_off_anywhere_and_has_failed() {
     for _ in 0..n_frames {
         assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
     }
-    assert_eq!(episode.cycle().command.kind, CommandKind::BreakOff);
+    assert_eq!(episode.cycle().command.kind, CommandKind::Cancel);
     episode.scene.unsettled = 0;
-    let decision = episode.hear(&[StatusKind::BrokenOff]);
+    let decision = episode.hear(&[StatusKind::Cancelled]);
     let outcomes: Vec<_> = decision.outcomes.iter().map(|o| (o.succeeded, o.failures)).collect();
     assert_eq!(outcomes, [(false, 1)]);
     assert_eq!(episode.executive.counts.skills_failed, 1);

@@ -24,7 +24,7 @@ fn a_running_step_goes_on_without_a_plan_in_time() {
     let decision = episode.cycle();
     assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
     episode.move_object("red_block", 0.1);
-    assert_eq!(episode.cycle().command.kind, CommandKind::BreakOff, "its target is gone");
+    assert_eq!(episode.cycle().command.kind, CommandKind::Cancel, "its target is gone");
 }
 
 #[test]

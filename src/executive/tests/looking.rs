@@ -1,19 +1,19 @@
 //! Doubts and unknown facts: more frames, then other views, and never an action on a guess.
 
 use super::*;
-use crate::scene::Doubt;
+use crate::scene::Anomaly;
 
 const PICK: &str = "pick_up red_block arm";
 const POSES: [[f64; 3]; 2] = [[-0.3, 0.0, 0.5], [0.3, 0.0, 0.5]];
 
-fn doubt(object: &str) -> Doubt {
-    Doubt { objects: vec![object.into()], reason: "nothing under".to_owned() }
+fn anomaly(object: &str) -> Anomaly {
+    Anomaly { objects: vec![object.into()], reason: "nothing under".to_owned() }
 }
 
 fn doubting(object: &str) -> Episode {
     let mut episode = Episode::new();
     episode.config.limits.looks_max = 6;
-    episode.scene.doubts = vec![doubt(object)];
+    episode.scene.anomalies = vec![anomaly(object)];
     episode.plan(&[PICK]);
     episode
 }
@@ -40,8 +40,8 @@ fn a_doubt_about_the_next_step_is_looked_into() {
     let decision = episode.cycle();
     assert_eq!(decision.command.kind, CommandKind::Continue);
     assert_eq!(reasons(&decision), ["nothing under red_block"]);
-    episode.scene.doubts.clear();
-    assert!(started(&episode.cycle()).is_some(), "the doubt has gone");
+    episode.scene.anomalies.clear();
+    assert!(started(&episode.cycle()).is_some(), "the anomaly has gone");
 }
 
 #[test]
@@ -102,13 +102,9 @@ fn a_view_that_is_not_reached_is_broken_off() {
     episode.config.limits.skill_timeout_s = 0.25;
     while goal_of(&episode.cycle()).is_none() {}
     let kinds: Vec<CommandKind> = (0..4).map(|_| episode.cycle().command.kind).collect();
-    let expected = [
-        CommandKind::Continue,
-        CommandKind::Continue,
-        CommandKind::BreakOff,
-        CommandKind::Continue,
-    ];
+    let expected =
+        [CommandKind::Continue, CommandKind::Continue, CommandKind::Cancel, CommandKind::Continue];
     assert_eq!(kinds, expected);
-    episode.hear(&[StatusKind::BrokenOff]);
+    episode.hear(&[StatusKind::Cancelled]);
     assert!(matches!(episode.executive.phase, Phase::Idle));
 }

@@ -11,7 +11,7 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::*;
-use crate::geometry::Volume;
+use crate::geometry::Aabb;
 use crate::logic::Truth;
 use crate::messages::{PlanVerdict, StatusKind};
 use crate::pddl::Atom;
@@ -65,7 +65,7 @@ fn object(name: &str, type_name: &str, x: f64) -> SceneObject {
         name: name.into(),
         type_name: type_name.into(),
         pixel_box: None,
-        volume: Some(Volume { centre, extent: [0.05; 3] }),
+        volume: Some(Aabb { centre, extent: [0.05; 3] }),
         score: 1.0,
         visibility: Visibility::Visible,
         seen_ns: 0,
@@ -210,7 +210,7 @@ fn reasons(decision: &Decision) -> Vec<&str> {
         .iter()
         .filter_map(|note| {
             let (Note::Look { reason }
-            | Note::BreakOff { reason, .. }
+            | Note::Cancel { reason, .. }
             | Note::Failed { reason, .. }) = note
             else {
                 return None;

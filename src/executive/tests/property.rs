@@ -56,7 +56,7 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
         Just(StatusKind::Accepted),
         Just(StatusKind::Done),
         Just(StatusKind::Failed("no".to_owned())),
-        Just(StatusKind::BrokenOff),
+        Just(StatusKind::Cancelled),
     ];
     let statuses = prop::collection::vec(kind, 0..3);
     let rest = (prop::bool::ANY, 0..8_usize, prop_oneof![3 => Just(0.0), 1 => 0.0..0.05]);

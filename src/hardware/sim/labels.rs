@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::camera::model_of;
 use super::robot::{SimConfig, SimHardware, read_scene};
-use crate::geometry::{CameraModel, PixelBox, RowRun, Volume};
+use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
 use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
 use crate::perception::model::ObjectBox;
 use crate::perception::{DepthView, Detection, volume_of};
@@ -279,7 +279,7 @@ impl Look {
             minimise_cost: false,
         };
         let objects = &self.objects;
-        let runs = |mask: &[RowRun]| -> Vec<[u32; 3]> {
+        let runs = |mask: &[MaskRun]| -> Vec<[u32; 3]> {
             mask.iter().map(|run| [run.y, run.x_start, run.x_end]).collect()
         };
         Some(LabelledScene {
@@ -311,20 +311,20 @@ fn lines<T: serde::Serialize>(
 }
 
 /// A volume to a tenth of a millimetre.
-fn rounded(volume: &Volume) -> Volume {
+fn rounded(volume: &Aabb) -> Aabb {
     let round = |v: f64| (v * 1e4).round() / 1e4;
-    Volume { centre: volume.centre.map(round), extent: volume.extent.map(round) }
+    Aabb { centre: volume.centre.map(round), extent: volume.extent.map(round) }
 }
 
 /// The visible pixels of one instance, as a detector would find them; `None` without any.
 fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
     let width = frame.width as usize;
-    let mut mask: Vec<RowRun> = Vec::new();
+    let mut mask: Vec<MaskRun> = Vec::new();
     for (i, _) in frame.ids.iter().enumerate().filter(|(_, found)| **found == id) {
         let (x, y) = (u32::try_from(i % width).ok()?, u32::try_from(i / width).ok()?);
         match mask.last_mut() {
             Some(run) if run.y == y && run.x_end == x => run.x_end += 1,
-            _ => mask.push(RowRun { y, x_start: x, x_end: x + 1 }),
+            _ => mask.push(MaskRun { y, x_start: x, x_end: x + 1 }),
         }
     }
     let pixel_box = PixelBox {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::logic::Truth;
 use crate::pddl::Atom;
-use crate::scene::Doubt;
+use crate::scene::Anomaly;
 
 /// Everything that a grounder says of one set of objects.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Grounding {
     /// Every judged tuple, in order of its atom.
     pub judged: Vec<Judged>,
     /// What the facts cannot explain: reasons to look again.
-    pub doubts: Vec<Doubt>,
+    pub anomalies: Vec<Anomaly>,
 }
 
 /// A judged tuple with what the judgement rests on.

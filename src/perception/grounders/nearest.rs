@@ -109,7 +109,7 @@ impl Grounder for S2s {
                 judged.extend(table.judge(objects, tuple));
             });
         }
-        Grounding { judged, doubts: Vec::new() }
+        Grounding { judged, anomalies: Vec::new() }
     }
 }
 

@@ -6,7 +6,7 @@ use serde::Deserialize as _;
 use thiserror::Error;
 
 use super::{ObjectBox, json_entries};
-use crate::geometry::{PixelBox, Volume};
+use crate::geometry::{Aabb, PixelBox};
 use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
 
 /// One labelled example.
@@ -132,7 +132,7 @@ impl Exemplar {
     fn add_volumes(&mut self, text: &SourceText) -> Result<(), ExemplarError> {
         for (name, value) in entries(text)? {
             let fail = fault(&text.name, &name);
-            let volume = Volume::deserialize(&value)
+            let volume = Aabb::deserialize(&value)
                 .map_err(|e| fail("a centre and an extent", format!("{value} ({e})")))?;
             if !volume.is_valid() {
                 return Err(fail("finite numbers and positive extents", format!("{volume:?}")));

@@ -2,7 +2,7 @@
 
 use super::ObjectBox;
 use super::masks::{area, centroid, gap};
-use crate::geometry::{PixelBox, RowRun, Volume};
+use crate::geometry::{Aabb, MaskRun, PixelBox};
 
 /// Most numbers that a feature has.
 pub const FEATURE_LENGTH_MAX: usize = 8;
@@ -150,13 +150,13 @@ fn boxes<'a, const N: usize>(objects: &[&'a ObjectBox]) -> Option<[&'a PixelBox;
     Some(objects.map(|object| &object.pixel_box))
 }
 
-fn masks<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a [RowRun]; 2]> {
+fn masks<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a [MaskRun]; 2]> {
     let [s, o] = objects else { return None };
     let masks = [s.mask.as_deref()?, o.mask.as_deref()?];
     masks.iter().all(|mask| !mask.is_empty()).then_some(masks)
 }
 
-fn volumes<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a Volume; 2]> {
+fn volumes<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a Aabb; 2]> {
     let [s, o] = objects else { return None };
     Some([s.volume.as_ref()?, o.volume.as_ref()?])
 }
@@ -169,12 +169,12 @@ mod tests {
 
     fn object(edges: [f64; 4], centre: [f64; 3], extent: [f64; 3]) -> ObjectBox {
         let [x1, y1, x2, y2] = edges.map(|edge| edge as u32);
-        let rows = (y1..y2).map(|y| RowRun { y, x_start: x1, x_end: x2 });
+        let rows = (y1..y2).map(|y| MaskRun { y, x_start: x1, x_end: x2 });
         ObjectBox {
             name: "o".into(),
             type_name: "t".into(),
             pixel_box: edges.into(),
-            volume: Some(Volume { centre: Point3::from(centre), extent }),
+            volume: Some(Aabb { centre: Point3::from(centre), extent }),
             mask: Some(rows.collect()),
         }
     }

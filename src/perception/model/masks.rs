@@ -3,25 +3,25 @@
 use serde::Deserialize as _;
 
 use super::exemplar::{entries, fault};
-use crate::geometry::RowRun;
+use crate::geometry::MaskRun;
 use crate::pddl::SourceText;
 use crate::perception::model::{Exemplar, ExemplarError};
 
 /// The smallest distance between the pixels of two masks, in pixels; 0 when they touch or overlap.
-pub(super) fn gap(a: &[RowRun], b: &[RowRun]) -> f64 {
+pub(super) fn gap(a: &[MaskRun], b: &[MaskRun]) -> f64 {
     let (Some(first), Some(last)) = (b.first(), b.last()) else { return f64::INFINITY };
     let left = b.iter().map(|other| other.x_start).min().unwrap_or(0);
     let right = b.iter().map(|other| other.x_end).max().unwrap_or(0);
     let apart = |low: u32, high: u32| f64::from(high.saturating_sub(low));
     let mut nearest = f64::INFINITY;
-    let mut look_from = |run: &RowRun| {
+    let mut look_from = |run: &MaskRun| {
         // No other run is nearer in columns and in rows than these.
         let aside = apart(run.x_end, left).max(apart(right, run.x_start));
         let beyond = apart(run.y + 1, first.y).max(apart(last.y + 1, run.y));
         if aside * aside + beyond * beyond >= nearest {
             return;
         }
-        let mut offer = |other: &RowRun| {
+        let mut offer = |other: &MaskRun| {
             let dy = apart(run.y.min(other.y) + 1, run.y.max(other.y));
             let dx = apart(run.x_end, other.x_start).max(apart(other.x_end, run.x_start));
             nearest = nearest.min(dx * dx + dy * dy);
@@ -42,7 +42,7 @@ pub(super) fn gap(a: &[RowRun], b: &[RowRun]) -> f64 {
 }
 
 /// The middle of a mask's pixels.
-pub(super) fn centroid(mask: &[RowRun]) -> [f64; 2] {
+pub(super) fn centroid(mask: &[MaskRun]) -> [f64; 2] {
     let (mut n, mut x, mut y) = (0.0, 0.0, 0.0);
     for run in mask {
         let length = f64::from(run.x_end - run.x_start);
@@ -54,7 +54,7 @@ pub(super) fn centroid(mask: &[RowRun]) -> [f64; 2] {
 }
 
 /// The number of pixels.
-pub(super) fn area(mask: &[RowRun]) -> f64 {
+pub(super) fn area(mask: &[MaskRun]) -> f64 {
     mask.iter().map(|run| f64::from(run.x_end - run.x_start)).sum()
 }
 
@@ -66,15 +66,15 @@ impl Exemplar {
             let fail = fault(&text.name, &name);
             let written = Vec::<[u32; 3]>::deserialize(&value)
                 .map_err(|e| fail("a list of [y, x1, x2]", e.to_string()))?;
-            let run = |&[y, x_start, x_end]: &[u32; 3]| RowRun { y, x_start, x_end };
-            let runs: Vec<RowRun> = written.iter().map(run).collect();
-            let is_run = |r: &&RowRun| r.x_start < r.x_end && r.x_end <= width && r.y < height;
+            let run = |&[y, x_start, x_end]: &[u32; 3]| MaskRun { y, x_start, x_end };
+            let runs: Vec<MaskRun> = written.iter().map(run).collect();
+            let is_run = |r: &&MaskRun| r.x_start < r.x_end && r.x_end <= width && r.y < height;
             if let Some(bad) = runs.iter().find(|run| !is_run(run)) {
                 let expected = format!("[y, x1, x2] with x1 < x2 inside {width} x {height}");
                 let got = format!("[{}, {}, {}]", bad.y, bad.x_start, bad.x_end);
                 return Err(fail(&expected, got));
             }
-            let in_order = |a: &RowRun, b: &RowRun| (a.y, a.x_end) <= (b.y, b.x_start);
+            let in_order = |a: &MaskRun, b: &MaskRun| (a.y, a.x_end) <= (b.y, b.x_start);
             if runs.is_empty() || !runs.is_sorted_by(in_order) {
                 return Err(fail("runs from top to bottom and left to right", "others".to_owned()));
             }
@@ -99,8 +99,8 @@ mod tests {
     use crate::geometry::PixelBox;
     use crate::pddl::Typed;
 
-    fn filled([x1, y1, x2, y2]: [u32; 4]) -> Vec<RowRun> {
-        (y1..y2).map(|y| RowRun { y, x_start: x1, x_end: x2 }).collect()
+    fn filled([x1, y1, x2, y2]: [u32; 4]) -> Vec<MaskRun> {
+        (y1..y2).map(|y| MaskRun { y, x_start: x1, x_end: x2 }).collect()
     }
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
         assert_eq!(gap(&a, &filled([2, 2, 3, 3])), 0.0);
         // Two diagonals of which the boxes overlap and the pixels do not: 3 rows and 4 columns apart.
         let diagonal =
-            |x: u32| (0..20).map(move |y| RowRun { y, x_start: x + y, x_end: x + y + 1 });
+            |x: u32| (0..20).map(move |y| MaskRun { y, x_start: x + y, x_end: x + y + 1 });
         let (a, b) = (diagonal(0).collect::<Vec<_>>(), diagonal(9).collect::<Vec<_>>());
         assert_eq!([gap(&a, &b), gap(&b, &a)], [5.0, 5.0]);
     }
@@ -130,13 +130,13 @@ mod tests {
             b in proptest::collection::vec((0..30_u32, 0..40_u32, 1..6_u32), 1..12),
         ) {
             let runs = |list: Vec<(u32, u32, u32)>| {
-                let run = |(y, x, n)| RowRun { y, x_start: x, x_end: x + n };
-                let mut runs: Vec<RowRun> = list.into_iter().map(run).collect();
+                let run = |(y, x, n)| MaskRun { y, x_start: x, x_end: x + n };
+                let mut runs: Vec<MaskRun> = list.into_iter().map(run).collect();
                 runs.sort_unstable();
                 runs
             };
             let (a, b) = (runs(a), runs(b));
-            let pixels = |runs: &[RowRun]| -> Vec<(u32, u32)> {
+            let pixels = |runs: &[MaskRun]| -> Vec<(u32, u32)> {
                 runs.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y))).collect()
             };
             let apart = |p: u32, q: u32| f64::from(p.abs_diff(q).saturating_sub(1));

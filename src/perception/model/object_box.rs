@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::geometry::{PixelBox, RowRun, Volume};
+use crate::geometry::{Aabb, MaskRun, PixelBox};
 use crate::pddl::Name;
 
 /// A named, typed box in the image.
@@ -15,7 +15,7 @@ pub struct ObjectBox {
     /// Its box, in pixels of the image it was seen in.
     pub pixel_box: PixelBox,
     /// Its volume in the world frame, where depth and camera pose are known.
-    pub volume: Option<Volume>,
+    pub volume: Option<Aabb>,
     /// Its pixels, top to bottom and left to right, where the detector tells them.
-    pub mask: Option<Arc<[RowRun]>>,
+    pub mask: Option<Arc<[MaskRun]>>,
 }

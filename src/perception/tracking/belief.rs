@@ -1,8 +1,8 @@
-//! The one belief: which facts planner and executor rely on, and which doubts count.
+//! The one belief: which facts planner and executor rely on, and which anomalies count.
 //!
 //! A changed fact counts once it has been seen `confirm_frames` times in a row, or at once when a
 //! step that has just ended predicts it. While a step runs, what it is about to change and whatever
-//! is said of the object that it carries keep their values. A doubt counts as long as it has been
+//! is said of the object that it carries keep their values. An anomaly counts as long as it has been
 //! there in each of the last `confirm_frames` frames.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::logic::{Changes, Truth};
 use crate::pddl::{Atom, Name};
 use crate::perception::grounders::Basis;
-use crate::scene::{Doubt, Origin};
+use crate::scene::{Anomaly, Origin};
 
 /// What is believed of one observed atom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,8 +44,8 @@ impl Reading {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Belief {
     pub(super) entries: BTreeMap<Atom, Entry>,
-    /// In how many frames in a row each doubt has been there.
-    doubts: BTreeMap<Doubt, u32>,
+    /// In how many frames in a row each anomaly has been there.
+    anomalies: BTreeMap<Anomaly, u32>,
 }
 
 /// What holds facts back in this frame.
@@ -120,14 +120,14 @@ impl Belief {
     }
 
     /// Takes in what one frame cannot explain; returns what counts.
-    pub(super) fn doubt(&mut self, doubts: Vec<Doubt>, confirm_frames: u32) -> Vec<Doubt> {
-        let before = std::mem::take(&mut self.doubts);
-        for doubt in doubts {
-            let frames = before.get(&doubt).copied().unwrap_or(0).saturating_add(1);
-            self.doubts.insert(doubt, frames);
+    pub(super) fn anomaly(&mut self, anomalies: Vec<Anomaly>, confirm_frames: u32) -> Vec<Anomaly> {
+        let before = std::mem::take(&mut self.anomalies);
+        for anomaly in anomalies {
+            let frames = before.get(&anomaly).copied().unwrap_or(0).saturating_add(1);
+            self.anomalies.insert(anomaly, frames);
         }
-        let confirmed = self.doubts.iter().filter(|(_, frames)| **frames >= confirm_frames);
-        confirmed.map(|(doubt, _)| doubt.clone()).collect()
+        let confirmed = self.anomalies.iter().filter(|(_, frames)| **frames >= confirm_frames);
+        confirmed.map(|(anomaly, _)| anomaly.clone()).collect()
     }
 }
 

@@ -19,8 +19,8 @@ use super::model::Perception;
 use crate::geometry::CameraModel;
 use crate::messages::{Command, RobotState, Status};
 use crate::pddl::{Axiom, Domain};
-use crate::scene::Cause;
-use crate::skills::SkillBook;
+use crate::scene::FrameRef;
+use crate::skills::SkillMap;
 
 pub use occlusion::HullConfig;
 pub use parse::SceneParser;
@@ -47,7 +47,7 @@ pub struct ParserConfig {
     /// Its completion rules.
     pub rules: Vec<Axiom>,
     /// How its actions are carried out: says which object a running step carries.
-    pub skills: SkillBook,
+    pub skills: SkillMap,
     /// Judges tuples of boxes.
     pub grounder: Box<dyn Grounder>,
     /// Confirmation.
@@ -60,7 +60,7 @@ pub struct ParserConfig {
 #[derive(Debug, Clone, Copy)]
 pub struct FrameContext<'a> {
     /// The frame.
-    pub cause: Cause,
+    pub cause: FrameRef,
     /// Depth, where there is any.
     pub depth: Option<crate::perception::DepthView<'a>>,
     /// Intrinsics and pose of the camera, where known.

@@ -15,7 +15,7 @@ use crate::perception::model::ObjectBox;
 use crate::perception::{
     Detection, Grip, MergeRule, Sighted, complete, merge, proprioception, volume_of,
 };
-use crate::scene::{Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
+use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
 #[derive(Debug, Clone)]
@@ -68,20 +68,20 @@ impl SceneParser {
         self.tracker.update(sightings, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
-        let (readings, doubts) = self.judge(config);
+        let (readings, anomalies) = self.judge(config);
         let frozen = self.frozen();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
         let unsettled =
             self.belief.update(&readings, &frozen, &lost, ended.as_ref(), confirm_frames);
-        let doubts = self.belief.doubt(doubts, confirm_frames);
+        let anomalies = self.belief.anomaly(anomalies, confirm_frames);
         let objects = self.objects(config);
         let typed: Vec<Typed> =
             objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
         let own = self.own_facts(config, &typed, &frozen);
         let facts = self.facts(config, &typed, &own);
         let cause = context.cause;
-        Scene { cause, objects, facts, doubts, unsettled, detect_us: 0, ground_us: 0 }
+        Scene { cause, objects, facts, anomalies, unsettled, detect_us: 0, ground_us: 0 }
     }
 
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
@@ -168,7 +168,7 @@ impl SceneParser {
     ///
     /// Objects that are out of sight for a while are judged with them, where they were last seen:
     /// what hides between others is not missing. Nothing is read off them.
-    fn judge(&self, config: &ParserConfig) -> (BTreeMap<Atom, Reading>, Vec<Doubt>) {
+    fn judge(&self, config: &ParserConfig) -> (BTreeMap<Atom, Reading>, Vec<Anomaly>) {
         let hidden_frames_max = config.belief.hidden_frames_max;
         let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
         let known = known.filter(|t| !self.is_held(&t.name));
@@ -183,16 +183,16 @@ impl SceneParser {
                 mask: t.mask.clone(),
             })
             .collect();
-        let Grounding { judged, mut doubts } = config.grounder.ground(&boxes);
+        let Grounding { judged, mut anomalies } = config.grounder.ground(&boxes);
         let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
-        doubts.retain(|doubt| are_visible(&doubt.objects));
+        anomalies.retain(|anomaly| are_visible(&anomaly.objects));
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
         let readings = judged.map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
             let reading = Reading { truth: judged.truth, basis: judged.basis, confidence };
             (judged.atom, reading)
         });
-        (readings.collect(), doubts)
+        (readings.collect(), anomalies)
     }
 
     fn is_held(&self, name: &Name) -> bool {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::BeliefConfig;
 use super::occlusion::is_covered;
-use crate::geometry::{PixelBox, RowRun, Volume};
+use crate::geometry::{Aabb, MaskRun, PixelBox};
 use crate::pddl::Name;
 use crate::perception::model::Perception;
-use crate::perception::{Detection, Measured, name_detections, unused_name};
+use crate::perception::{BoxEstimate, Detection, name_detections, unused_name};
 
 /// Weight of a new measurement of an object that rests.
 const SMOOTHING: f64 = 0.3;
@@ -24,8 +24,8 @@ pub(super) struct Track {
     pub(super) type_name: Name,
     label: Name,
     pub(super) pixel_box: PixelBox,
-    pub(super) volume: Option<Volume>,
-    pub(super) mask: Option<Arc<[RowRun]>>,
+    pub(super) volume: Option<Aabb>,
+    pub(super) mask: Option<Arc<[MaskRun]>>,
     pub(super) score: f32,
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
@@ -40,7 +40,7 @@ pub(super) struct Track {
 #[derive(Debug, Clone)]
 struct Candidate {
     detection: Detection,
-    volume: Option<Volume>,
+    volume: Option<Aabb>,
     phrase: Option<Name>,
     frames: u32,
 }
@@ -56,7 +56,7 @@ pub(super) struct Tracker {
 #[derive(Debug, Clone)]
 pub(super) struct Sighting {
     pub(super) detection: Detection,
-    pub(super) measured: Option<Measured>,
+    pub(super) measured: Option<BoxEstimate>,
     /// The name that a phrase of the goal gives it.
     pub(super) phrase: Option<Name>,
 }
@@ -237,14 +237,14 @@ impl Track {
 }
 
 /// Averages measurements of an object at rest; follows one that has moved.
-fn smooth(old: Volume, new: Volume) -> Volume {
+fn smooth(old: Aabb, new: Aabb) -> Aabb {
     let moved = (old.centre - new.centre).norm() > MOVED_M;
     let grown = old.extent.iter().zip(new.extent).any(|(a, b)| (a - b).abs() > MOVED_M);
     if moved || grown {
         return new;
     }
     let mix = |a: f64, b: f64| a + SMOOTHING * (b - a);
-    Volume {
+    Aabb {
         centre: old.centre + (new.centre - old.centre) * SMOOTHING,
         extent: [
             mix(old.extent[0], new.extent[0]),

@@ -191,7 +191,7 @@ pub fn command_to_wire(command: &Command) -> Result<CommandRecord, WireError> {
     let (kind, motion) = match &command.kind {
         CommandKind::Continue => (0, None),
         CommandKind::Start(motion) => (1, Some(motion)),
-        CommandKind::BreakOff => (2, None),
+        CommandKind::Cancel => (2, None),
         CommandKind::Hold => (3, None),
     };
     let waypoints = motion.map_or(&[][..], |m| &m.waypoints);
@@ -242,7 +242,7 @@ pub fn command_from_wire(
     let kind = match record.kind {
         0 => CommandKind::Continue,
         1 => CommandKind::Start(Motion { waypoints }),
-        2 => CommandKind::BreakOff,
+        2 => CommandKind::Cancel,
         3 => CommandKind::Hold,
         other => return Err(WireError::new("command kind", "0 to 3", other)),
     };
@@ -278,7 +278,7 @@ pub fn status_to_wire(status: &Status) -> StatusRecord {
         StatusKind::Accepted => (0, ""),
         StatusKind::Done => (1, ""),
         StatusKind::Failed(reason) => (2, reason.as_str()),
-        StatusKind::BrokenOff => (3, ""),
+        StatusKind::Cancelled => (3, ""),
     };
     let command_id = status.command_id;
     StatusRecord { command_id, kind, reserved: 0, detail: text_to_wire(detail) }
@@ -297,7 +297,7 @@ pub fn status_from_wire(
         0 => StatusKind::Accepted,
         1 => StatusKind::Done,
         2 => StatusKind::Failed(text_from_wire("detail", &record.detail)?.to_owned()),
-        3 => StatusKind::BrokenOff,
+        3 => StatusKind::Cancelled,
         other => return Err(WireError::new("status kind", "0 to 3", other)),
     };
     Ok(Status {

@@ -18,7 +18,7 @@ pub use device::{
 };
 pub use plan::{plan_from_wire, plan_to_wire};
 pub use task::{
-    Vocabulary, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
+    WireContext, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
     scene_to_wire,
 };
 

@@ -1,7 +1,7 @@
 //! Plans and their steps.
 
 use super::WireError;
-use super::task::Vocabulary;
+use super::task::WireContext;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use crate::messages::{PlanMessage, PlanVerdict, Rung, Spent};
 use crate::pddl::{Atom, Name, Step};
@@ -16,9 +16,9 @@ const PLAN_STEPS_MAX: usize = 65_536;
 /// [`WireError`] when a name is too long or a step has too many arguments.
 pub fn plan_to_wire(
     plan: &PlanMessage,
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
-    let mut header = vocabulary.header(&plan.cause);
+    let mut header = context.header(&plan.cause);
     header.stage_us = [plan.plan_us, 0];
     header.rung = rung_to_wire(plan.rung);
     header.expansions = plan.expansions;
@@ -66,16 +66,16 @@ pub fn plan_to_wire(
 pub fn plan_from_wire(
     header: &TaskHeader,
     records: &[StepRecord],
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<PlanMessage, WireError> {
-    let cause = vocabulary.check(header)?;
+    let cause = context.check(header)?;
     if records.len() > PLAN_STEPS_MAX {
         return Err(WireError::new("plan steps", PLAN_STEPS_MAX, records.len()));
     }
     let detail = text_from_wire("detail", &header.detail)?.to_owned();
     let verdict = match header.verdict {
         0 => {
-            let steps = records.iter().map(|r| step_from_wire(r, vocabulary));
+            let steps = records.iter().map(|r| step_from_wire(r, context));
             PlanVerdict::Plan { steps: steps.collect::<Result<_, _>>()?, cost: header.cost }
         }
         1 | 2 => PlanVerdict::Unsolvable { proof: detail, unknowns: header.verdict == 2 },
@@ -86,7 +86,7 @@ pub fn plan_from_wire(
             PlanVerdict::Missing { objects: objects.collect::<Result<_, _>>()? }
         }
         6 => {
-            let atoms = records.iter().map(|r| fact_from_wire(r, vocabulary));
+            let atoms = records.iter().map(|r| fact_from_wire(r, context));
             PlanVerdict::Inconsistent { atoms: atoms.collect::<Result<_, _>>()? }
         }
         other => return Err(WireError::new("plan verdict", "0 to 6", other)),
@@ -137,9 +137,9 @@ fn call_to_wire(field: &'static str, name: &Name, args: &[Name]) -> Result<StepR
     Ok(StepRecord { action: name_to_wire(name)?, n_args, reserved: 0, args: texts })
 }
 
-fn fact_from_wire(record: &StepRecord, vocabulary: &Vocabulary) -> Result<Atom, WireError> {
+fn fact_from_wire(record: &StepRecord, context: &WireContext) -> Result<Atom, WireError> {
     let name = name_from_wire("predicate", &record.action)?;
-    let known = vocabulary.domain.predicates.iter().find(|p| p.name == name);
+    let known = context.domain.predicates.iter().find(|p| p.name == name);
     let known = known.ok_or_else(|| WireError::new("predicate", "one of the domain", &name))?;
     let args = args_from_wire("fact arguments", record, known.params.len())?;
     Ok(Atom { predicate: name, args })
@@ -159,10 +159,10 @@ fn args_from_wire(
 
 pub(super) fn step_from_wire(
     record: &StepRecord,
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<Step, WireError> {
     let action = name_from_wire("action", &record.action)?;
-    let schema = vocabulary
+    let schema = context
         .domain
         .action(action.as_str())
         .ok_or_else(|| WireError::new("action", "one of the domain", &action))?;

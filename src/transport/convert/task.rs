@@ -5,11 +5,11 @@ use nalgebra::Point3;
 use super::plan::{step_from_wire, step_to_wire};
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
-use crate::geometry::{PixelBox, Volume};
+use crate::geometry::{Aabb, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{GoalMessage, StepOutcome};
 use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
-use crate::scene::{Cause, Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
+use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader};
 
 /// Most records of one scene.
@@ -19,7 +19,7 @@ const GOAL_BYTES_MAX: usize = 1 << 20;
 
 /// What both ends must agree on: the run, the domain, and the order of its types and predicates.
 #[derive(Debug, Clone)]
-pub struct Vocabulary {
+pub struct WireContext {
     /// Identity of the run.
     pub run_id: u64,
     /// Hash of the domain's files.
@@ -29,8 +29,8 @@ pub struct Vocabulary {
     types: Vec<Name>,
 }
 
-impl Vocabulary {
-    /// The vocabulary of a domain.
+impl WireContext {
+    /// The context of a domain.
     pub fn new(run_id: u64, domain_hash: u64, domain: Domain) -> Self {
         let mut types: Vec<Name> = domain.types.parents.keys().cloned().collect();
         types.push("object".into());
@@ -39,7 +39,7 @@ impl Vocabulary {
         Self { run_id, domain_hash, domain, types }
     }
 
-    pub(super) fn header(&self, cause: &Cause) -> TaskHeader {
+    pub(super) fn header(&self, cause: &FrameRef) -> TaskHeader {
         TaskHeader {
             schema: SCHEMA,
             run_id: self.run_id,
@@ -52,7 +52,7 @@ impl Vocabulary {
         }
     }
 
-    pub(super) fn check(&self, header: &TaskHeader) -> Result<Cause, WireError> {
+    pub(super) fn check(&self, header: &TaskHeader) -> Result<FrameRef, WireError> {
         if header.domain_hash != self.domain_hash {
             let (expected, got) = (self.domain_hash, header.domain_hash);
             let hex = |hash| format!("{hash:016x}");
@@ -61,7 +61,7 @@ impl Vocabulary {
         if header.run_id != self.run_id {
             return Err(WireError::new("run_id", self.run_id, header.run_id));
         }
-        Ok(Cause {
+        Ok(FrameRef {
             cycle: header.cycle,
             frame_sequence: header.frame_sequence,
             capture_ns: header.capture_ns,
@@ -76,29 +76,29 @@ impl Vocabulary {
 /// [`WireError`] when a name is too long, or a type or predicate is not the domain's.
 pub fn scene_to_wire(
     scene: &Scene,
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<(TaskHeader, Vec<SceneRecord>), WireError> {
-    let mut header = vocabulary.header(&scene.cause);
+    let mut header = context.header(&scene.cause);
     header.stage_us = [scene.detect_us, scene.ground_us];
     header.unsettled = scene.unsettled;
-    let n_records = scene.objects.len() + scene.facts.len() + scene.doubts.len();
+    let n_records = scene.objects.len() + scene.facts.len() + scene.anomalies.len();
     let mut records = Vec::with_capacity(n_records);
     for object in &scene.objects {
-        records.push(object_to_wire(object, vocabulary)?);
+        records.push(object_to_wire(object, context)?);
     }
     for fact in &scene.facts {
-        records.push(fact_to_wire(fact, scene, vocabulary)?);
+        records.push(fact_to_wire(fact, scene, context)?);
     }
-    for doubt in &scene.doubts {
-        records.push(doubt_to_wire(doubt, scene)?);
+    for anomaly in &scene.anomalies {
+        records.push(doubt_to_wire(anomaly, scene)?);
     }
     Ok((header, records))
 }
 
-fn object_to_wire(object: &SceneObject, vocabulary: &Vocabulary) -> Result<SceneRecord, WireError> {
+fn object_to_wire(object: &SceneObject, context: &WireContext) -> Result<SceneRecord, WireError> {
     let mut record = SceneRecord {
         tag: 0,
-        kind: index_of("object type", &vocabulary.types, &object.type_name)?,
+        kind: index_of("object type", &context.types, &object.type_name)?,
         source: match object.visibility {
             Visibility::Visible => 0,
             Visibility::Hidden => 1,
@@ -125,9 +125,9 @@ fn object_to_wire(object: &SceneObject, vocabulary: &Vocabulary) -> Result<Scene
 fn fact_to_wire(
     fact: &SceneFact,
     scene: &Scene,
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<SceneRecord, WireError> {
-    let predicates = &vocabulary.domain.predicates;
+    let predicates = &context.domain.predicates;
     let kind = predicates
         .iter()
         .position(|p| p.name == fact.atom.predicate)
@@ -153,9 +153,9 @@ fn fact_to_wire(
     })
 }
 
-fn doubt_to_wire(doubt: &Doubt, scene: &Scene) -> Result<SceneRecord, WireError> {
-    let (n_args, args) = args_to_wire(&doubt.objects, scene)?;
-    let name = NameText { bytes: text_to_wire(&doubt.reason) };
+fn doubt_to_wire(anomaly: &Anomaly, scene: &Scene) -> Result<SceneRecord, WireError> {
+    let (n_args, args) = args_to_wire(&anomaly.objects, scene)?;
+    let name = NameText { bytes: text_to_wire(&anomaly.reason) };
     Ok(SceneRecord { tag: 2, n_args, args, name, ..SceneRecord::default() })
 }
 
@@ -181,31 +181,28 @@ fn args_to_wire(names: &[Name], scene: &Scene) -> Result<(u32, [u32; ARGS_MAX]),
 pub fn scene_from_wire(
     header: &TaskHeader,
     records: &[SceneRecord],
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<Scene, WireError> {
-    let cause = vocabulary.check(header)?;
+    let cause = context.check(header)?;
     if records.len() > SCENE_RECORDS_MAX {
         return Err(WireError::new("scene records", SCENE_RECORDS_MAX, records.len()));
     }
-    let (mut objects, mut facts, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut objects, mut facts, mut anomalies) = (Vec::new(), Vec::new(), Vec::new());
     for record in records {
         match record.tag {
-            0 => objects.push(object_from_wire(record, vocabulary)?),
-            1 => facts.push(fact_from_wire(record, &objects, vocabulary)?),
-            2 => doubts.push(doubt_from_wire(record, &objects)?),
+            0 => objects.push(object_from_wire(record, context)?),
+            1 => facts.push(fact_from_wire(record, &objects, context)?),
+            2 => anomalies.push(doubt_from_wire(record, &objects)?),
             other => return Err(WireError::new("tag", "0 to 2", other)),
         }
     }
     let [detect_us, ground_us] = header.stage_us;
     let unsettled = header.unsettled;
-    Ok(Scene { cause, objects, facts, doubts, unsettled, detect_us, ground_us })
+    Ok(Scene { cause, objects, facts, anomalies, unsettled, detect_us, ground_us })
 }
 
-fn object_from_wire(
-    record: &SceneRecord,
-    vocabulary: &Vocabulary,
-) -> Result<SceneObject, WireError> {
-    let types = &vocabulary.types;
+fn object_from_wire(record: &SceneRecord, context: &WireContext) -> Result<SceneObject, WireError> {
+    let types = &context.types;
     let type_name = types.get(record.kind as usize).ok_or_else(|| {
         WireError::new("object type", format!("below {}", types.len()), record.kind)
     })?;
@@ -226,7 +223,7 @@ fn object_from_wire(
         name: name_from_wire("object name", &record.name)?,
         type_name: type_name.clone(),
         pixel_box: (record.state & 1 != 0).then_some(pixel_box),
-        volume: (record.state & 2 != 0).then_some(Volume { centre, extent }),
+        volume: (record.state & 2 != 0).then_some(Aabb { centre, extent }),
         score: unit("score", record.score)?,
         visibility,
         seen_ns: record.seen_ns,
@@ -236,9 +233,9 @@ fn object_from_wire(
 fn fact_from_wire(
     record: &SceneRecord,
     objects: &[SceneObject],
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<SceneFact, WireError> {
-    let predicates = &vocabulary.domain.predicates;
+    let predicates = &context.domain.predicates;
     let predicate = predicates.get(record.kind as usize).ok_or_else(|| {
         WireError::new("predicate", format!("below {}", predicates.len()), record.kind)
     })?;
@@ -264,7 +261,7 @@ fn fact_from_wire(
     })
 }
 
-fn doubt_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Doubt, WireError> {
+fn doubt_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Anomaly, WireError> {
     if record.n_args == 0 || record.n_args as usize > ARGS_MAX {
         return Err(WireError::new("n_args", format!("1 to {ARGS_MAX}"), record.n_args));
     }
@@ -272,7 +269,7 @@ fn doubt_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Doub
     if reason.is_empty() || reason.chars().any(char::is_control) {
         return Err(WireError::new("reason", "a line of text", format!("{reason:?}")));
     }
-    Ok(Doubt { objects: args_from_wire(record, objects)?, reason: reason.to_owned() })
+    Ok(Anomaly { objects: args_from_wire(record, objects)?, reason: reason.to_owned() })
 }
 
 /// The objects that a record points at.
@@ -322,15 +319,15 @@ fn truth_from_wire(field: &'static str, value: u32) -> Result<Truth, WireError> 
 /// [`WireError`] when a name is too long.
 pub fn outcome_to_wire(
     outcome: &StepOutcome,
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<(TaskHeader, OutcomeRecord), WireError> {
-    let cause = Cause { cycle: outcome.sequence, ..Cause::default() };
+    let cause = FrameRef { cycle: outcome.sequence, ..FrameRef::default() };
     let record = OutcomeRecord {
         step: step_to_wire(&outcome.step)?,
         failures: outcome.failures,
         succeeded: u32::from(outcome.succeeded),
     };
-    Ok((vocabulary.header(&cause), record))
+    Ok((context.header(&cause), record))
 }
 
 /// Checks the outcome of a step.
@@ -340,23 +337,23 @@ pub fn outcome_to_wire(
 pub fn outcome_from_wire(
     header: &TaskHeader,
     records: &[OutcomeRecord],
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<StepOutcome, WireError> {
-    let cause = vocabulary.check(header)?;
+    let cause = context.check(header)?;
     let record = single("outcome", records)?;
     Ok(StepOutcome {
         sequence: cause.cycle,
-        step: step_from_wire(&record.step, vocabulary)?,
+        step: step_from_wire(&record.step, context)?,
         succeeded: flag("succeeded", record.succeeded)?,
         failures: record.failures,
     })
 }
 
 /// Writes the goal: as a PDDL problem without facts, whose objects are those that the goal names.
-pub fn goal_to_wire(goal: &GoalMessage, vocabulary: &Vocabulary) -> (TaskHeader, Vec<u8>) {
+pub fn goal_to_wire(goal: &GoalMessage, context: &WireContext) -> (TaskHeader, Vec<u8>) {
     let problem = pddl::Problem {
         name: "goal".into(),
-        domain: vocabulary.domain.name.clone(),
+        domain: context.domain.name.clone(),
         objects: goal.named.clone(),
         init: std::collections::BTreeSet::new(),
         costs: std::collections::BTreeMap::new(),
@@ -364,7 +361,7 @@ pub fn goal_to_wire(goal: &GoalMessage, vocabulary: &Vocabulary) -> (TaskHeader,
         minimise_cost: false,
     };
     let text = pddl::print_problem(&problem);
-    (vocabulary.header(&Cause::default()), text.into_bytes())
+    (context.header(&FrameRef::default()), text.into_bytes())
 }
 
 /// Checks the goal.
@@ -374,15 +371,15 @@ pub fn goal_to_wire(goal: &GoalMessage, vocabulary: &Vocabulary) -> (TaskHeader,
 pub fn goal_from_wire(
     header: &TaskHeader,
     payload: &[u8],
-    vocabulary: &Vocabulary,
+    context: &WireContext,
 ) -> Result<GoalMessage, WireError> {
-    vocabulary.check(header)?;
+    context.check(header)?;
     if payload.len() > GOAL_BYTES_MAX {
         return Err(WireError::new("goal", format!("{GOAL_BYTES_MAX} bytes"), payload.len()));
     }
     let text = std::str::from_utf8(payload).map_err(|e| WireError::new("goal", "UTF-8", e))?;
     let source = SourceText { name: "goal message".to_owned(), text: text.to_owned() };
-    let parsed = pddl::parse_problem(&source, &vocabulary.domain)
+    let parsed = pddl::parse_problem(&source, &context.domain)
         .map_err(|e| WireError::new("goal", "a PDDL goal", e.render()))?;
     let named: Vec<Typed> = parsed.value.objects;
     Ok(GoalMessage { goal: parsed.value.goal, named })

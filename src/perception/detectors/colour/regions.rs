@@ -1,13 +1,13 @@
 //! Connected regions of a binary image, as row runs.
 
 use super::bitmask::BitMask;
-use crate::geometry::{PixelBox, RowRun};
+use crate::geometry::{MaskRun, PixelBox};
 
 /// A connected set of pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Region {
     /// Its pixels, top to bottom and left to right; never empty.
-    pub(super) runs: Vec<RowRun>,
+    pub(super) runs: Vec<MaskRun>,
 }
 
 impl Region {
@@ -60,7 +60,7 @@ impl Region {
 
 /// The regions of pixels that touch, also by a corner, in the order of their first pixel.
 pub(super) fn regions(mask: &BitMask) -> Vec<Region> {
-    let mut runs: Vec<RowRun> = Vec::new();
+    let mut runs: Vec<MaskRun> = Vec::new();
     let mut parents: Vec<usize> = Vec::new();
     let mut above = 0..0;
     for y in 0..mask.height() {
@@ -94,7 +94,7 @@ pub(super) fn regions(mask: &BitMask) -> Vec<Region> {
     found
 }
 
-fn row_runs(words: &[u64], y: u32, runs: &mut Vec<RowRun>) {
+fn row_runs(words: &[u64], y: u32, runs: &mut Vec<MaskRun>) {
     let mut open: Option<u32> = None;
     for (i, &word) in words.iter().enumerate() {
         if word == 0 && open.is_none() {
@@ -108,7 +108,7 @@ fn row_runs(words: &[u64], y: u32, runs: &mut Vec<RowRun>) {
                 let n = rest.trailing_ones().min(64 - at);
                 at += n;
                 if at < 64 {
-                    runs.push(RowRun { y, x_start, x_end: base + at });
+                    runs.push(MaskRun { y, x_start, x_end: base + at });
                     open = None;
                 }
             } else if rest == 0 {
@@ -120,7 +120,7 @@ fn row_runs(words: &[u64], y: u32, runs: &mut Vec<RowRun>) {
         }
     }
     if let Some(x_start) = open {
-        runs.push(RowRun { y, x_start, x_end: 64 * words.len() as u32 });
+        runs.push(MaskRun { y, x_start, x_end: 64 * words.len() as u32 });
     }
 }
 

@@ -7,7 +7,7 @@ use crate::logic::Truth;
 use crate::pddl::Name;
 use crate::perception::grounders::{Basis, Grounding, Judged};
 use crate::perception::model::ObjectBox;
-use crate::scene::Doubt;
+use crate::scene::Anomaly;
 
 /// Evidence nearer to 0 than this says nothing: the distances to the nearest example that holds and
 /// to the nearest that does not differ by less than a tenth, no more than another box of the same
@@ -26,7 +26,7 @@ pub(super) struct Board {
     /// Evidence for each of them, from -1 to 1.
     pub(super) weights: Vec<f64>,
     /// What the facts cannot explain.
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) anomalies: Vec<Anomaly>,
     relations: BTreeMap<Name, Relation>,
 }
 
@@ -63,7 +63,7 @@ impl Board {
             extents: sorted.values().map(|object| Extent::of(object, deep)).collect(),
             judged,
             weights,
-            doubts: Vec::new(),
+            anomalies: Vec::new(),
             relations,
         }
     }
@@ -124,9 +124,9 @@ impl Board {
         self.judged[place].truth = truth;
     }
 
-    pub(super) fn doubt(&mut self, reason: impl Into<String>, objects: &[usize]) {
+    pub(super) fn anomaly(&mut self, reason: impl Into<String>, objects: &[usize]) {
         let objects = objects.iter().map(|&object| self.names[object].clone()).collect();
-        self.doubts.push(Doubt { objects, reason: reason.into() });
+        self.anomalies.push(Anomaly { objects, reason: reason.into() });
     }
 
     /// The decided scene. A judgement that differs from what its own feature says rests on a
@@ -139,9 +139,9 @@ impl Board {
             };
             judged.basis = if judged.truth == own { Basis::Observed } else { Basis::Constrained };
         }
-        self.doubts.sort();
-        self.doubts.dedup();
-        Grounding { judged: self.judged, doubts: self.doubts }
+        self.anomalies.sort();
+        self.anomalies.dedup();
+        Grounding { judged: self.judged, anomalies: self.anomalies }
     }
 }
 

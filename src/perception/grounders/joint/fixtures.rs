@@ -64,7 +64,7 @@ pub(super) fn decide(
             let mut names: Vec<String> = atoms.map(|atom| atom.predicate.to_string()).collect();
             names.dedup();
             rows.places[idx].iter().for_each(|&place| board.decide(place, Truth::Unknown));
-            board.doubt(format!("no {} of", names.join(" or ")), &[object]);
+            board.anomaly(format!("no {} of", names.join(" or ")), &[object]);
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Each tuple's evidence is how much nearer it is to an example that holds than to one that does not.
 //! Accepted is the set of atoms with the most evidence that keeps every constraint; where the evidence
-//! does not decide, an atom is unknown, and what no set of facts explains is a doubt. Stages:
+//! does not decide, an atom is unknown, and what no set of facts explains is an anomaly. Stages:
 //!
 //! 1. `fixtures`: predicates that constrain by number (`exactly_one`, `functional`, …), by branch and
 //!    bound (`choice`);

@@ -189,7 +189,7 @@ impl<'a> Stage<'a> {
             let free = below[pair.upper].is_none() && !below.contains(&Some(pair.lower));
             if self.next.get(&pair.upper) == Some(&pair.lower) && free {
                 board.decide(pair.place, Truth::Unknown);
-                board.doubt("a gap between", &[pair.upper, pair.lower]);
+                board.anomaly("a gap between", &[pair.upper, pair.lower]);
             } else if free && pair.weight > -BAND {
                 board.decide(pair.place, Truth::Unknown);
             }
@@ -217,7 +217,7 @@ impl<'a> Stage<'a> {
             {
                 board.decide(place, Truth::Unknown);
             }
-            board.doubt("nothing under", &[part]);
+            board.anomaly("nothing under", &[part]);
         }
     }
 }

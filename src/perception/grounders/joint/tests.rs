@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::{PixelBox, Volume};
+use crate::geometry::{Aabb, PixelBox};
 use crate::logic::Truth;
 use crate::pddl::{Atom, SourceText, Typed, parse_domain};
 use crate::perception::grounders::{Basis, Judged};
@@ -82,15 +82,15 @@ fn of(grounding: &Grounding, truth: Truth) -> Vec<String> {
 }
 
 fn reasons(grounding: &Grounding) -> Vec<String> {
-    grounding.doubts.iter().map(ToString::to_string).collect()
+    grounding.anomalies.iter().map(ToString::to_string).collect()
 }
 
 #[track_caller]
-fn check(list: &[(String, [f64; 4])], holds: &[&str], unknown: &[&str], doubts: &[&str]) {
+fn check(list: &[(String, [f64; 4])], holds: &[&str], unknown: &[&str], anomalies: &[&str]) {
     let grounding = joint().ground(&objects(list));
     assert_eq!(of(&grounding, Truth::True), holds);
     assert_eq!(of(&grounding, Truth::Unknown), unknown);
-    assert_eq!(reasons(&grounding), doubts);
+    assert_eq!(reasons(&grounding), anomalies);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn scene() -> impl Strategy<Value = Vec<ObjectBox>> {
                     type_name: if is_peg { "peg".into() } else { "disk".into() },
                     pixel_box: PixelBox::from([x, y, x + w, y + h]),
                     volume: deep
-                        .then(|| Volume { centre: Point3::new(x, y, 0.0), extent: [w, h, w] }),
+                        .then(|| Aabb { centre: Point3::new(x, y, 0.0), extent: [w, h, w] }),
                     mask: None,
                 }
             };

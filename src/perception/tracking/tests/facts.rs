@@ -58,7 +58,7 @@ fn a_change_that_a_finished_step_predicts_is_believed_at_once() {
     for (ending, truth, unsettled) in [
         (StatusKind::Done, True, 0),
         (StatusKind::Failed("it slipped".to_owned()), False, 1),
-        (StatusKind::BrokenOff, False, 1),
+        (StatusKind::Cancelled, False, 1),
     ] {
         let mut eyes = Eyes::new("blocksworld");
         eyes.stare(SETTLE, &apart());

@@ -1,6 +1,6 @@
 //! Frames by hand: detections, robot states and statuses in, scenes out.
 
-mod doubts;
+mod anomalies;
 mod facts;
 mod names;
 
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 
 use super::*;
-use crate::geometry::{Intrinsics, PixelBox, RowRun};
+use crate::geometry::{Intrinsics, MaskRun, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{CommandKind, Motion, StatusKind};
 use crate::pddl::Atom;
@@ -52,7 +52,7 @@ impl Grounder for Touching {
                 });
             }
         }
-        Grounding { judged, doubts: Vec::new() }
+        Grounding { judged, anomalies: Vec::new() }
     }
 }
 
@@ -68,7 +68,7 @@ fn camera() -> CameraModel {
 }
 
 fn detection(type_name: &str, label: &str, edges: [f64; 4]) -> Detection {
-    let row = |y| RowRun { y, x_start: edges[0] as u32, x_end: edges[2] as u32 };
+    let row = |y| MaskRun { y, x_start: edges[0] as u32, x_end: edges[2] as u32 };
     Detection {
         name: None,
         type_name: type_name.into(),
@@ -146,7 +146,7 @@ impl Eyes {
     fn look(&mut self, detections: &[Detection]) -> Scene {
         self.n_frames += 1;
         let depth_m = vec![1.0; WIDTH * HEIGHT];
-        let cause = Cause {
+        let cause = FrameRef {
             cycle: self.n_frames,
             frame_sequence: self.n_frames,
             capture_ns: self.n_frames * 100,

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::{CameraModel, Intrinsics, PixelBox, Volume};
+use crate::geometry::{Aabb, CameraModel, Intrinsics, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{
     Command, CommandKind, Expect, Frame, GoalMessage, Motion, PlanMessage, PlanVerdict, RobotState,
@@ -16,17 +16,18 @@ use crate::messages::{
 };
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
 use crate::run::DomainFolder;
-use crate::scene::{Cause, Doubt, Origin, Scene, SceneFact, SceneObject, Visibility};
+use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{
     ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord, RobotStateRecord,
     SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
 };
 
-const CAUSE: Cause = Cause { cycle: 7, frame_sequence: 70, capture_ns: 700, frame_send_ns: 7000 };
+const CAUSE: FrameRef =
+    FrameRef { cycle: 7, frame_sequence: 70, capture_ns: 700, frame_send_ns: 7000 };
 
-fn vocabulary() -> Vocabulary {
+fn context() -> WireContext {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("domains/blocksworld");
-    Vocabulary::new(11, 0xabc, DomainFolder::read(&path).unwrap().domain)
+    WireContext::new(11, 0xabc, DomainFolder::read(&path).unwrap().domain)
 }
 
 fn names() -> impl Strategy<Value = Name> {
@@ -53,7 +54,7 @@ prop_compose! {
         ]),
         seen_ns in any::<u64>(),
     ) -> SceneObject {
-        let volume = volume.map(|(c, extent)| Volume { centre: Point3::from(c), extent });
+        let volume = volume.map(|(c, extent)| Aabb { centre: Point3::from(c), extent });
         let (type_name, pixel_box) = (type_name.into(), pixel_box.map(PixelBox::from));
         SceneObject { name, type_name, pixel_box, volume, score, visibility, seen_ns }
     }
@@ -77,11 +78,11 @@ prop_compose! {
 }
 
 prop_compose! {
-    fn doubts(objects: Vec<SceneObject>)(
+    fn anomalies(objects: Vec<SceneObject>)(
         objects in prop::collection::vec(prop::sample::select(objects), 1..=ARGS_MAX),
         reason in "[a-z][ a-z]{0,40}",
-    ) -> Doubt {
-        Doubt { objects: objects.into_iter().map(|object| object.name).collect(), reason }
+    ) -> Anomaly {
+        Anomaly { objects: objects.into_iter().map(|object| object.name).collect(), reason }
     }
 }
 
@@ -91,16 +92,16 @@ fn truths() -> impl Strategy<Value = Truth> {
 
 fn scenes() -> impl Strategy<Value = Scene> {
     let facts = |objects: Vec<SceneObject>| {
-        let doubts = prop::collection::vec(doubts(objects.clone()), 0..3);
+        let anomalies = prop::collection::vec(anomalies(objects.clone()), 0..3);
         let facts = prop::collection::vec(facts(objects.clone()), 0..8);
-        (Just(objects), facts, doubts, any::<u32>(), any::<[u32; 2]>())
+        (Just(objects), facts, anomalies, any::<u32>(), any::<[u32; 2]>())
     };
     prop::collection::vec(objects(), 1..6).prop_flat_map(facts).prop_map(
-        |(objects, facts, doubts, unsettled, [detect_us, ground_us])| Scene {
+        |(objects, facts, anomalies, unsettled, [detect_us, ground_us])| Scene {
             cause: CAUSE,
             objects,
             facts,
-            doubts,
+            anomalies,
             unsettled,
             detect_us,
             ground_us,
@@ -127,7 +128,7 @@ fn commands() -> impl Strategy<Value = Command> {
     let kind = prop_oneof![
         Just(CommandKind::Continue),
         motion.prop_map(|waypoints| CommandKind::Start(Motion { waypoints })),
-        Just(CommandKind::BreakOff),
+        Just(CommandKind::Cancel),
         Just(CommandKind::Hold),
     ];
     (any::<[u64; 3]>(), kind, "\\PC{0,60}").prop_map(
@@ -146,7 +147,7 @@ fn statuses() -> impl Strategy<Value = Status> {
         Just(StatusKind::Accepted),
         Just(StatusKind::Done),
         "\\PC{0,40}".prop_map(StatusKind::Failed),
-        Just(StatusKind::BrokenOff),
+        Just(StatusKind::Cancelled),
     ];
     (any::<[u64; 3]>(), kind).prop_map(|([sequence, capture_ns, command_id], kind)| Status {
         sequence,
@@ -190,16 +191,16 @@ prop_compose! {
 proptest! {
     #[test]
     fn a_scene_arrives_as_it_was_sent(scene in scenes()) {
-        let vocabulary = vocabulary();
-        let (header, records) = scene_to_wire(&scene, &vocabulary).unwrap();
-        prop_assert_eq!(scene_from_wire(&header, &records, &vocabulary), Ok(scene));
+        let context = context();
+        let (header, records) = scene_to_wire(&scene, &context).unwrap();
+        prop_assert_eq!(scene_from_wire(&header, &records, &context), Ok(scene));
     }
 
     #[test]
     fn a_plan_arrives_as_it_was_sent(plan in plans()) {
-        let vocabulary = vocabulary();
-        let (header, records) = plan_to_wire(&plan, &vocabulary).unwrap();
-        prop_assert_eq!(plan_from_wire(&header, &records, &vocabulary), Ok(plan));
+        let context = context();
+        let (header, records) = plan_to_wire(&plan, &context).unwrap();
+        prop_assert_eq!(plan_from_wire(&header, &records, &context), Ok(plan));
     }
 
     #[test]
@@ -237,11 +238,11 @@ proptest! {
         (a, b) in (names(), names()),
         (sequence, failures, succeeded) in any::<(u64, u32, bool)>(),
     ) {
-        let vocabulary = vocabulary();
+        let context = context();
         let step = Step { action: "unstack".into(), args: vec![a, b, "arm".into()] };
         let outcome = StepOutcome { sequence, step, succeeded, failures };
-        let (header, record) = outcome_to_wire(&outcome, &vocabulary).unwrap();
-        prop_assert_eq!(outcome_from_wire(&header, &[record], &vocabulary), Ok(outcome));
+        let (header, record) = outcome_to_wire(&outcome, &context).unwrap();
+        prop_assert_eq!(outcome_from_wire(&header, &[record], &context), Ok(outcome));
     }
 
     #[test]
@@ -251,7 +252,7 @@ proptest! {
         score in any::<f32>(),
         bytes in prop::collection::vec(any::<u8>(), 48),
     ) {
-        let vocabulary = vocabulary();
+        let context = context();
         let mut scene = SceneRecord { score, ..SceneRecord::default() };
         [scene.tag, scene.kind, scene.source, scene.state, scene.confirmed, scene.n_args] =
             [words[0], words[1], words[2], words[3], words[4], words[5]];
@@ -261,7 +262,7 @@ proptest! {
         scene.extent.copy_from_slice(&numbers[7..]);
         scene.name.bytes.copy_from_slice(&bytes);
         let header = TaskHeader { run_id: 11, domain_hash: 0xabc, ..TaskHeader::default() };
-        if let Ok(scene) = scene_from_wire(&header, &[scene], &vocabulary) {
+        if let Ok(scene) = scene_from_wire(&header, &[scene], &context) {
             prop_assert!(scene.objects.iter().all(|o| (0.0..=1.0).contains(&o.score)));
         }
         let mut command = CommandRecord { kind: words[0], n_waypoints: words[1], ..CommandRecord::default() };
@@ -277,15 +278,15 @@ proptest! {
         let mut plan = StepRecord { n_args: words[0], ..StepRecord::default() };
         plan.action.bytes.copy_from_slice(&bytes);
         let header = TaskHeader { verdict: words[1], ..header };
-        let plan = plan_from_wire(&header, &[plan], &vocabulary);
+        let plan = plan_from_wire(&header, &[plan], &context);
         prop_assert!(plan.is_err() || words[1] != 0, "no action is called like that");
-        prop_assert!(goal_from_wire(&header, &bytes, &vocabulary).is_err());
+        prop_assert!(goal_from_wire(&header, &bytes, &context).is_err());
     }
 }
 
 #[test]
 fn a_goal_arrives_as_it_was_sent() {
-    let vocabulary = vocabulary();
+    let context = context();
     let objects = ["a", "b"].map(|name| Typed::new(name, "block"));
     for text in [
         "(and (on a b) (not (clear b)))",
@@ -295,10 +296,10 @@ fn a_goal_arrives_as_it_was_sent() {
         "(and)",
     ] {
         let source = SourceText::new("goal", text);
-        let goal = parse_goal(&source, &vocabulary.domain, &objects).unwrap();
+        let goal = parse_goal(&source, &context.domain, &objects).unwrap();
         let goal = GoalMessage::new(goal, Vec::new(), &objects);
-        let (header, payload) = goal_to_wire(&goal, &vocabulary);
-        assert_eq!(goal_from_wire(&header, &payload, &vocabulary), Ok(goal), "{text}");
+        let (header, payload) = goal_to_wire(&goal, &context);
+        assert_eq!(goal_from_wire(&header, &payload, &context), Ok(goal), "{text}");
     }
 }
 

@@ -2,13 +2,13 @@
 
 use super::*;
 
-/// Two objects, one fact and one doubt of them.
+/// Two objects, one fact and one anomaly of them.
 fn scene() -> Scene {
     let object = |name: &str| SceneObject {
         name: name.into(),
         type_name: "block".into(),
         pixel_box: Some(PixelBox::from([0.0, 0.0, 9.0, 9.0])),
-        volume: Some(Volume { centre: Point3::origin(), extent: [0.05; 3] }),
+        volume: Some(Aabb { centre: Point3::origin(), extent: [0.05; 3] }),
         score: 0.5,
         visibility: Visibility::Visible,
         seen_ns: 1,
@@ -21,9 +21,10 @@ fn scene() -> Scene {
         confidence: 0.5,
     };
     let objects = vec![object("a"), object("b")];
-    let doubt = Doubt { objects: vec!["a".into(), "b".into()], reason: "a gap between".to_owned() };
-    let (facts, doubts) = (vec![fact], vec![doubt]);
-    Scene { cause: CAUSE, objects, facts, doubts, ..Scene::default() }
+    let anomaly =
+        Anomaly { objects: vec!["a".into(), "b".into()], reason: "a gap between".to_owned() };
+    let (facts, anomalies) = (vec![fact], vec![anomaly]);
+    Scene { cause: CAUSE, objects, facts, anomalies, ..Scene::default() }
 }
 
 #[track_caller]
@@ -33,18 +34,18 @@ fn check<T: std::fmt::Debug>(field: &str, result: Result<T, WireError>) {
 
 #[test]
 fn a_scene_of_another_run_or_domain_is_rejected() {
-    let (ours, records) = scene_to_wire(&scene(), &vocabulary()).unwrap();
+    let (ours, records) = scene_to_wire(&scene(), &context()).unwrap();
     let mut header = ours;
     header.domain_hash = 0xdef;
-    let error = scene_from_wire(&header, &records, &vocabulary()).unwrap_err();
+    let error = scene_from_wire(&header, &records, &context()).unwrap_err();
     let expect = "message rejected: domain_hash: expected 0000000000000abc, got 0000000000000def";
     assert_eq!(error.to_string(), expect);
     let mut header = ours;
     header.run_id = 12;
-    check("run_id", scene_from_wire(&header, &records, &vocabulary()));
-    check("run_id", plan_from_wire(&header, &[], &vocabulary()));
-    check("run_id", outcome_from_wire(&header, &[OutcomeRecord::default()], &vocabulary()));
-    check("run_id", goal_from_wire(&header, b"", &vocabulary()));
+    check("run_id", scene_from_wire(&header, &records, &context()));
+    check("run_id", plan_from_wire(&header, &[], &context()));
+    check("run_id", outcome_from_wire(&header, &[OutcomeRecord::default()], &context()));
+    check("run_id", goal_from_wire(&header, b"", &context()));
 }
 
 #[test]
@@ -74,7 +75,7 @@ fn scene_records_out_of_range_are_rejected() {
         ("confirmed", |r| r.confirmed = 3),
         ("confidence", |r| r.score = -0.1),
     ];
-    let doubts: [(&str, Change); 6] = [
+    let anomalies: [(&str, Change); 6] = [
         ("n_args", |r| r.n_args = 0),
         ("n_args", |r| r.n_args = 7),
         ("argument", |r| r.args[1] = 2),
@@ -82,57 +83,57 @@ fn scene_records_out_of_range_are_rejected() {
         ("reason", |r| r.name.bytes[1] = b'\n'),
         ("reason", |r| r.name.bytes[0] = 0xff),
     ];
-    let vocabulary = vocabulary();
-    let (header, records) = scene_to_wire(&scene(), &vocabulary).unwrap();
+    let context = context();
+    let (header, records) = scene_to_wire(&scene(), &context).unwrap();
     let objects = objects.iter().map(|change| (0, change));
     let others = facts.iter().map(|change| (2, change));
-    let others = others.chain(doubts.iter().map(|change| (3, change)));
+    let others = others.chain(anomalies.iter().map(|change| (3, change)));
     for (at, (field, change)) in objects.chain(others) {
         let mut records = records.clone();
         change(&mut records[at]);
-        check(field, scene_from_wire(&header, &records, &vocabulary));
+        check(field, scene_from_wire(&header, &records, &context));
     }
 }
 
 #[test]
 fn names_that_are_no_names_are_rejected() {
-    let vocabulary = vocabulary();
-    let (header, records) = scene_to_wire(&scene(), &vocabulary).unwrap();
+    let context = context();
+    let (header, records) = scene_to_wire(&scene(), &context).unwrap();
     for name in ["a b", "(a", "a)", "?x", "a;b", "a\u{7}"] {
         let mut records = records.clone();
         records[0].name.bytes[..name.len()].copy_from_slice(name.as_bytes());
-        check("object name", scene_from_wire(&header, &records, &vocabulary));
+        check("object name", scene_from_wire(&header, &records, &context));
     }
 }
 
 #[test]
 fn what_does_not_fit_into_a_message_is_not_sent() {
-    let vocabulary = vocabulary();
+    let context = context();
     let mut scene = scene();
     scene.objects[0].name = Name::new("x".repeat(48));
     scene.facts.clear();
-    scene.doubts.clear();
-    assert!(scene_to_wire(&scene, &vocabulary).is_ok());
+    scene.anomalies.clear();
+    assert!(scene_to_wire(&scene, &context).is_ok());
     scene.objects[0].name = Name::new("x".repeat(49));
-    check("name", scene_to_wire(&scene, &vocabulary));
+    check("name", scene_to_wire(&scene, &context));
     scene.objects[0].name = "a".into();
     scene.objects[0].type_name = "cup".into();
-    check("object type", scene_to_wire(&scene, &vocabulary));
+    check("object type", scene_to_wire(&scene, &context));
     scene.objects[0].type_name = "block".into();
     let stray = |atom: Atom| SceneFact { atom, ..self::scene().facts[0].clone() };
     scene.facts = vec![stray(Atom::new("on", &["a", "ghost"]))];
-    check("argument", scene_to_wire(&scene, &vocabulary));
+    check("argument", scene_to_wire(&scene, &context));
     scene.facts = vec![stray(Atom::new("under", &["a", "b"]))];
-    check("predicate", scene_to_wire(&scene, &vocabulary));
+    check("predicate", scene_to_wire(&scene, &context));
     scene.facts.clear();
-    let doubt = |objects: &[&str]| Doubt {
+    let anomaly = |objects: &[&str]| Anomaly {
         objects: objects.iter().map(|&name| name.into()).collect(),
         reason: "nothing under".to_owned(),
     };
-    scene.doubts = vec![doubt(&["ghost"])];
-    check("argument", scene_to_wire(&scene, &vocabulary));
-    scene.doubts = vec![doubt(&["a"; 7])];
-    check("n_args", scene_to_wire(&scene, &vocabulary));
+    scene.anomalies = vec![anomaly(&["ghost"])];
+    check("argument", scene_to_wire(&scene, &context));
+    scene.anomalies = vec![anomaly(&["a"; 7])];
+    check("n_args", scene_to_wire(&scene, &context));
 }
 
 #[test]
@@ -140,8 +141,8 @@ fn a_text_that_is_too_long_is_cut_between_two_characters() {
     let limit = "ä".repeat(100); // of two bytes each; a header has room for 160
     let verdict = PlanVerdict::OutOfBudget { limit };
     let plan = PlanMessage::new(CAUSE, verdict);
-    let (header, records) = plan_to_wire(&plan, &vocabulary()).unwrap();
-    let read = plan_from_wire(&header, &records, &vocabulary()).unwrap().verdict;
+    let (header, records) = plan_to_wire(&plan, &context()).unwrap();
+    let read = plan_from_wire(&header, &records, &context()).unwrap().verdict;
     assert_eq!(read, PlanVerdict::OutOfBudget { limit: "ä".repeat(80) });
     let reason = format!("a{}", "ä".repeat(100));
     let kind = StatusKind::Failed(reason);
@@ -152,11 +153,11 @@ fn a_text_that_is_too_long_is_cut_between_two_characters() {
 
 #[test]
 fn plans_and_outcomes_out_of_range_are_rejected() {
-    let vocabulary = vocabulary();
+    let context = context();
     let step = Step::new("stack", &["a", "b", "arm"]);
     let verdict = PlanVerdict::Plan { steps: vec![step.clone()], cost: 1 };
     let plan = PlanMessage::new(CAUSE, verdict);
-    let (header, records) = plan_to_wire(&plan, &vocabulary).unwrap();
+    let (header, records) = plan_to_wire(&plan, &context).unwrap();
     type Change = fn(&mut TaskHeader, &mut StepRecord);
     let cases: [(&str, Change); 10] = [
         ("plan verdict", |h, _| h.verdict = 7),
@@ -177,25 +178,25 @@ fn plans_and_outcomes_out_of_range_are_rejected() {
     for (field, change) in cases {
         let (mut header, mut record) = (header, records[0]);
         change(&mut header, &mut record);
-        check(field, plan_from_wire(&header, &[record], &vocabulary));
+        check(field, plan_from_wire(&header, &[record], &context));
     }
     let too_many = Step { args: vec!["a".into(); 7], ..step.clone() };
     let outcome = StepOutcome { sequence: 0, step, succeeded: true, failures: 0 };
-    let (header, record) = outcome_to_wire(&outcome, &vocabulary).unwrap();
-    check("outcome", outcome_from_wire(&header, &[], &vocabulary));
+    let (header, record) = outcome_to_wire(&outcome, &context).unwrap();
+    check("outcome", outcome_from_wire(&header, &[], &context));
     let twice = OutcomeRecord { succeeded: 2, ..record };
-    check("succeeded", outcome_from_wire(&header, &[twice], &vocabulary));
+    check("succeeded", outcome_from_wire(&header, &[twice], &context));
     let outcome = StepOutcome { step: too_many, ..outcome };
-    check("step arguments", outcome_to_wire(&outcome, &vocabulary));
+    check("step arguments", outcome_to_wire(&outcome, &context));
 }
 
 #[test]
 fn a_goal_that_is_no_goal_is_rejected_with_the_reason() {
-    let vocabulary = vocabulary();
+    let context = context();
     let header = TaskHeader { run_id: 11, domain_hash: 0xabc, ..TaskHeader::default() };
-    check("goal", goal_from_wire(&header, &[0xff], &vocabulary));
+    check("goal", goal_from_wire(&header, &[0xff], &context));
     let text = "(define (problem goal) (:domain blocksworld) (:goal (under a b)))";
-    let error = goal_from_wire(&header, text.as_bytes(), &vocabulary).unwrap_err();
+    let error = goal_from_wire(&header, text.as_bytes(), &context).unwrap_err();
     assert_eq!(error.field, "goal");
     assert!(error.got.contains("under"), "{error}");
 }

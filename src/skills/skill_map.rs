@@ -12,7 +12,7 @@ use crate::scene::SceneObject;
 
 /// The skills of a domain's actions.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SkillBook {
+pub struct SkillMap {
     actions: BTreeMap<Name, ActionSkills>,
 }
 
@@ -60,7 +60,7 @@ pub struct SkillCall {
 
 /// A `skills.toml` is not usable.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum BookError {
+pub enum SkillMapError {
     /// Not TOML, or not of the documented form.
     #[error("{file}: {message}")]
     Form {
@@ -85,7 +85,7 @@ pub enum BookError {
     },
 }
 
-impl SkillBook {
+impl SkillMap {
     /// A book without skills, for runs without a robot.
     pub fn empty() -> Self {
         Self { actions: BTreeMap::new() }
@@ -94,13 +94,13 @@ impl SkillBook {
     /// Reads `skills.toml` and checks it against the domain; `file` is named in errors.
     ///
     /// # Errors
-    /// [`BookError`] with file and key: unknown action, skill or parameter.
-    pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, BookError> {
+    /// [`SkillMapError`] with file and key: unknown action, skill or parameter.
+    pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, SkillMapError> {
         let book: BookFile = toml::from_str(text)
-            .map_err(|e| BookError::Form { file: file.to_owned(), message: e.to_string() })?;
+            .map_err(|e| SkillMapError::Form { file: file.to_owned(), message: e.to_string() })?;
         let mut actions = BTreeMap::new();
         for mut action in book.action {
-            let fault = |field: &str, expected: String, got: &str| BookError::Value {
+            let fault = |field: &str, expected: String, got: &str| SkillMapError::Value {
                 file: file.to_owned(),
                 action: action.name.clone(),
                 field: field.to_owned(),
@@ -122,7 +122,7 @@ impl SkillBook {
             actions.insert(action.name.clone(), action);
         }
         if let Some(action) = domain.actions.iter().find(|a| !actions.contains_key(&a.name)) {
-            return Err(BookError::Value {
+            return Err(SkillMapError::Value {
                 file: file.to_owned(),
                 action: action.name.clone(),
                 field: "action".to_owned(),
@@ -146,7 +146,7 @@ impl SkillBook {
     }
 
     /// The objects that a step goes to, the carried one included.
-    pub fn touched(&self, step: &Step) -> Vec<Name> {
+    pub fn target_objects(&self, step: &Step) -> Vec<Name> {
         let Some(action) = self.actions.get(&step.action) else { return Vec::new() };
         let calls = action.sequence.iter().map(|call| action.args(call, step));
         let mut names: Vec<Name> = calls.flat_map(BTreeMap::into_values).collect();

@@ -4,15 +4,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// A value that is stored after each message and found again after a restart.
 #[derive(Debug, Default)]
-pub struct Keep<T>(Arc<Mutex<T>>);
+pub struct Checkpoint<T>(Arc<Mutex<T>>);
 
-impl<T> Clone for Keep<T> {
+impl<T> Clone for Checkpoint<T> {
     fn clone(&self) -> Self {
         Self(Arc::clone(&self.0))
     }
 }
 
-impl<T: Clone> Keep<T> {
+impl<T: Clone> Checkpoint<T> {
     /// Keeps a first value.
     pub fn new(value: T) -> Self {
         Self(Arc::new(Mutex::new(value)))

@@ -3,7 +3,7 @@
 use std::slice::from_ref;
 
 use super::*;
-use crate::scene::{Doubt, Origin};
+use crate::scene::{Anomaly, Origin};
 
 /// Every block should rest on another or on the table. What a block rests on is decided by a
 /// constraint.
@@ -20,9 +20,11 @@ impl Grounder for Suspicious {
                 .iter()
                 .any(|judged| judged.atom.args[0] == block.name && judged.truth == Truth::True);
             if !stands && !rests {
-                let doubt =
-                    Doubt { objects: vec![block.name.clone()], reason: "nothing under".to_owned() };
-                grounding.doubts.push(doubt);
+                let anomaly = Anomaly {
+                    objects: vec![block.name.clone()],
+                    reason: "nothing under".to_owned(),
+                };
+                grounding.anomalies.push(anomaly);
             }
         }
         for judged in &mut grounding.judged {
@@ -38,8 +40,8 @@ fn suspicious() -> Eyes {
     eyes
 }
 
-fn doubts(scene: &Scene) -> Vec<String> {
-    scene.doubts.iter().map(ToString::to_string).collect()
+fn anomalies(scene: &Scene) -> Vec<String> {
+    scene.anomalies.iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -47,11 +49,11 @@ fn a_doubt_counts_when_it_stays_and_goes_at_once() {
     let mut eyes = suspicious();
     let (hanging, lying) = (block("red", 0.0, 1.5), block("red", 0.0, 0.0));
     let scene = eyes.stare(CONFIRM_FRAMES, from_ref(&lying));
-    assert_eq!(doubts(&scene), [""; 0]);
-    assert_eq!(doubts(&eyes.stare(CONFIRM_FRAMES - 1, from_ref(&hanging))), [""; 0]);
-    assert_eq!(doubts(&eyes.look(from_ref(&hanging))), ["nothing under red_block"]);
-    assert_eq!(doubts(&eyes.look(&[lying])), [""; 0], "explained");
-    assert_eq!(doubts(&eyes.stare(CONFIRM_FRAMES - 1, &[hanging])), [""; 0], "counted anew");
+    assert_eq!(anomalies(&scene), [""; 0]);
+    assert_eq!(anomalies(&eyes.stare(CONFIRM_FRAMES - 1, from_ref(&hanging))), [""; 0]);
+    assert_eq!(anomalies(&eyes.look(from_ref(&hanging))), ["nothing under red_block"]);
+    assert_eq!(anomalies(&eyes.look(&[lying])), [""; 0], "explained");
+    assert_eq!(anomalies(&eyes.stare(CONFIRM_FRAMES - 1, &[hanging])), [""; 0], "counted anew");
 }
 
 #[test]
@@ -60,10 +62,10 @@ fn what_is_hidden_for_a_while_explains_what_rests_on_it() {
     let (low, high) = (block("blue", 0.0, 0.0), block("red", 0.0, 1.0));
     eyes.stare(2 * CONFIRM_FRAMES, &[low, high.clone()]);
     let scene = eyes.stare(HIDDEN_FRAMES_MAX, from_ref(&high));
-    assert_eq!(doubts(&scene), [""; 0]);
+    assert_eq!(anomalies(&scene), [""; 0]);
     check(&scene, &[("on red_block blue_block", Truth::True)]);
     let scene = eyes.stare(CONFIRM_FRAMES, &[high]);
-    assert_eq!(doubts(&scene), ["nothing under red_block"], "out of sight for too long");
+    assert_eq!(anomalies(&scene), ["nothing under red_block"], "out of sight for too long");
 }
 
 #[test]

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 /// An axis-aligned volume in the world frame, in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Volume {
+pub struct Aabb {
     /// Its middle.
     pub centre: Point3<f64>,
     /// Full edge lengths along x, y and z.
     pub extent: [f64; 3],
 }
 
-impl Volume {
+impl Aabb {
     /// Whether every number is finite and every edge has a length.
     pub fn is_valid(&self) -> bool {
         self.centre.iter().all(|v| v.is_finite())
