@@ -91,7 +91,7 @@ impl Rig {
             number: None,
         };
         let grounder = folder.grounder("s2s", &exemplar.read(&folder, None).unwrap()).unwrap();
-        let vocabulary = Arc::new(WireContext::new(1, folder.hash, folder.domain.clone()));
+        let context = Arc::new(WireContext::new(1, folder.hash, folder.domain.clone()));
         let belief = BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 };
         let config = ParserConfig {
             domain: folder.domain,
@@ -111,7 +111,7 @@ impl Rig {
         });
         let args = Args {
             bus: bus.clone(),
-            context: Arc::clone(&vocabulary),
+            context: Arc::clone(&context),
             config: Arc::new(config),
             detector: make,
             detector_name: "gated".to_owned(),
@@ -124,7 +124,7 @@ impl Rig {
         let scenes = bus.inbox(&SCENE).unwrap();
         let frames = bus.outbox(&CAMERA_RGB).unwrap();
         let actor = tokio::spawn(serve(Arc::new(args)));
-        Self { frames, scenes, vocabulary, started, gate, actor }
+        Self { frames, scenes, context, started, gate, actor }
     }
 
     /// Shows a frame, captured at its number of microseconds.
@@ -143,7 +143,7 @@ impl Rig {
 
     async fn scene(&mut self) -> Scene {
         let message = self.scenes.next().await.unwrap();
-        scene_from_wire(message.header(), message.records(), &self.vocabulary).unwrap()
+        scene_from_wire(message.header(), message.records(), &self.context).unwrap()
     }
 
     /// Waits until the detector has a frame; which one.
