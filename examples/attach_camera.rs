@@ -6,7 +6,7 @@
 
 use groundloop::transport::topics::CAMERA_RGB;
 use groundloop::transport::wire::{FrameHeader, SCHEMA};
-use groundloop::transport::{Bus, BusConfig, Outbox};
+use groundloop::transport::{Bus, BusConfig, Publisher};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 480;
@@ -16,7 +16,7 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = std::env::args().nth(1).ok_or("usage: attach_camera NAME")?;
     // The same root and prefix as the run's: the defaults.
     let bus = Bus::open(&BusConfig::for_run(run))?;
-    let frames: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB)?;
+    let frames: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB)?;
     let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
     for sequence in 0.. {
         ticks.tick().await;

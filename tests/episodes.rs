@@ -7,7 +7,7 @@ mod common;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::{TestRun, episode, small};
-use groundloop::executive::{Stop, Verdict};
+use groundloop::messages::{Stop, Verdict};
 
 const SEEDS: [u64; 3] = [1, 2, 3];
 

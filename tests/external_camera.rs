@@ -14,7 +14,7 @@ use groundloop::planning::{PlanRequest, Validation, validate};
 use groundloop::run::DomainFolder;
 use groundloop::transport::topics::{CAMERA_RGB, GOAL, SCENE};
 use groundloop::transport::wire::{FrameHeader, SCHEMA, SceneRecord, TaskHeader};
-use groundloop::transport::{Bus, BusConfig, Outbox};
+use groundloop::transport::{Bus, BusConfig, Publisher};
 use rustix::process::Signal;
 
 const IMAGE: &str = "domains/blocksworld/exemplar/sim_640x480/a_tower_and_singles.png";
@@ -67,7 +67,7 @@ fn a_camera_that_comes_later_is_found() {
     let mut run = looking(&name);
     let bus = Bus::open(&BusConfig::for_run(name.clone())).unwrap();
     tokio_test(async {
-        let frames: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB).unwrap();
+        let frames: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB).unwrap();
         frames.publish(FrameHeader { schema: SCHEMA, ..FrameHeader::default() }, &[]).unwrap();
         run.wait_for_line("refused");
     });
@@ -131,14 +131,14 @@ fn foreign_messages_do_not_end_a_run() {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
     let (right, wrong) = (folder.hash, folder.hash ^ 1);
     tokio_test(async {
-        let frames: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB).unwrap();
+        let frames: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB).unwrap();
         for frame in foreign_frames() {
             frames.publish(frame.header, &vec![9; frame.n_bytes]).unwrap();
             run.wait_for_line(frame.refused_for);
         }
         drop(frames);
-        let scenes: Outbox<TaskHeader, SceneRecord> = bus.outbox(&SCENE).unwrap();
-        let goals: Outbox<TaskHeader, u8> = bus.outbox(&GOAL).unwrap();
+        let scenes: Publisher<TaskHeader, SceneRecord> = bus.publisher(&SCENE).unwrap();
+        let goals: Publisher<TaskHeader, u8> = bus.publisher(&GOAL).unwrap();
         let no_number = SceneRecord {
             score: f32::NAN,
             pixel_box: [f64::NAN; 4],

@@ -7,7 +7,7 @@ mod common;
 use common::{TestRun, runtime, small};
 use groundloop::transport::topics::{GOAL, OUTCOME, PLAN, SCENE};
 use groundloop::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
-use groundloop::transport::{Bus, BusConfig, Inbox, Outbox};
+use groundloop::transport::{Bus, BusConfig, Depth, Publisher, Subscriber};
 use tokio::sync::watch;
 
 /// No domain's hash.
@@ -16,11 +16,12 @@ const FOREIGN: u64 = 1;
 /// Answers each scene of a run at once with foreign messages, until told to stop.
 async fn answer(bus: BusConfig, mut stop: watch::Receiver<bool>) -> u64 {
     let bus = Bus::open(&bus).unwrap();
-    let mut heard: Inbox<TaskHeader, SceneRecord> = bus.inbox(&SCENE).unwrap();
-    let scenes: Outbox<TaskHeader, SceneRecord> = bus.outbox(&SCENE).unwrap();
-    let plans: Outbox<TaskHeader, StepRecord> = bus.outbox(&PLAN).unwrap();
-    let goals: Outbox<TaskHeader, u8> = bus.outbox(&GOAL).unwrap();
-    let outcomes: Outbox<TaskHeader, OutcomeRecord> = bus.outbox(&OUTCOME).unwrap();
+    let mut heard: Subscriber<TaskHeader, SceneRecord> =
+        bus.subscriber(&SCENE, Depth::newest()).unwrap();
+    let scenes: Publisher<TaskHeader, SceneRecord> = bus.publisher(&SCENE).unwrap();
+    let plans: Publisher<TaskHeader, StepRecord> = bus.publisher(&PLAN).unwrap();
+    let goals: Publisher<TaskHeader, u8> = bus.publisher(&GOAL).unwrap();
+    let outcomes: Publisher<TaskHeader, OutcomeRecord> = bus.publisher(&OUTCOME).unwrap();
     let mut n_answered = 0;
     loop {
         let header = tokio::select! {

@@ -20,7 +20,7 @@ use groundloop::scene::Scene;
 use groundloop::transport::convert::{WireContext, scene_from_wire};
 use groundloop::transport::topics::{CAMERA_RGB, SCENE};
 use groundloop::transport::wire::{FrameHeader, SCHEMA, SceneRecord, TaskHeader};
-use groundloop::transport::{Bus, Inbox, Outbox};
+use groundloop::transport::{Bus, Depth, Publisher, Subscriber};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -72,8 +72,8 @@ impl Detector for Gated {
 
 /// A scene parser on a bus of its own, its camera and its detector.
 struct Rig {
-    frames: Outbox<FrameHeader, u8>,
-    scenes: Inbox<TaskHeader, SceneRecord>,
+    frames: Publisher<FrameHeader, u8>,
+    scenes: Subscriber<TaskHeader, SceneRecord>,
     context: Arc<WireContext>,
     started: mpsc::Receiver<u8>,
     gate: Sender<Go>,
@@ -121,8 +121,8 @@ impl Rig {
             checkpoint: Checkpoint::default(),
             chaos: Chaos::default(),
         };
-        let scenes = bus.inbox(&SCENE).unwrap();
-        let frames = bus.outbox(&CAMERA_RGB).unwrap();
+        let scenes = bus.subscriber(&SCENE, Depth::newest()).unwrap();
+        let frames = bus.publisher(&CAMERA_RGB).unwrap();
         let actor = tokio::spawn(serve(Arc::new(args)));
         Self { frames, scenes, context, started, gate, actor }
     }

@@ -6,9 +6,9 @@
 mod common;
 
 use common::TestRun;
-use groundloop::transport::topics::{GOAL, ROBOT_COMMAND, SCENE};
+use groundloop::transport::topics::{GOAL, RELIABLE_DEPTH, ROBOT_COMMAND, SCENE};
 use groundloop::transport::wire::{CommandRecord, DeviceHeader, SCHEMA, SceneRecord, TaskHeader};
-use groundloop::transport::{Bus, Drops, Inbox, Outbox};
+use groundloop::transport::{Bus, Depth, Drops, Publisher, Subscriber};
 
 /// A bus of its own: own root, own prefix.
 struct TestBus {
@@ -33,8 +33,9 @@ fn device(sequence: u64) -> DeviceHeader {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_newest_message_wins_and_the_others_are_counted() {
     let test = open("newest");
-    let scenes: Outbox<TaskHeader, SceneRecord> = test.bus.outbox(&SCENE).unwrap();
-    let mut reader: Inbox<TaskHeader, SceneRecord> = test.bus.inbox(&SCENE).unwrap();
+    let scenes: Publisher<TaskHeader, SceneRecord> = test.bus.publisher(&SCENE).unwrap();
+    let mut reader: Subscriber<TaskHeader, SceneRecord> =
+        test.bus.subscriber(&SCENE, Depth::newest()).unwrap();
     scenes.publish(task(0), &[]).unwrap();
     assert_eq!(reader.newest().await.unwrap().header().cycle, 0);
     for cycle in 1..=9 {
@@ -49,8 +50,10 @@ async fn the_newest_message_wins_and_the_others_are_counted() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_reliable_topic_delivers_all_in_order() {
     let test = open("reliable");
-    let commands: Outbox<DeviceHeader, CommandRecord> = test.bus.outbox(&ROBOT_COMMAND).unwrap();
-    let mut reader: Inbox<DeviceHeader, CommandRecord> = test.bus.inbox(&ROBOT_COMMAND).unwrap();
+    let commands: Publisher<DeviceHeader, CommandRecord> =
+        test.bus.publisher(&ROBOT_COMMAND).unwrap();
+    let mut reader: Subscriber<DeviceHeader, CommandRecord> =
+        test.bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH)).unwrap();
     for sequence in 0..20 {
         commands.publish(device(sequence), &[CommandRecord::default()]).unwrap();
     }
@@ -63,10 +66,11 @@ async fn a_reliable_topic_delivers_all_in_order() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_late_joiner_gets_what_the_topic_keeps() {
     let test = open("late");
-    let goal: Outbox<TaskHeader, u8> = test.bus.outbox(&GOAL).unwrap();
+    let goal: Publisher<TaskHeader, u8> = test.bus.publisher(&GOAL).unwrap();
     goal.publish(task(0), b"(:goal (p))").unwrap();
     for _ in 0..3 {
-        let mut late: Inbox<TaskHeader, u8> = test.bus.inbox(&GOAL).unwrap();
+        let mut late: Subscriber<TaskHeader, u8> =
+            test.bus.subscriber(&GOAL, Depth::newest()).unwrap();
         assert_eq!(late.newest().await.unwrap().records(), b"(:goal (p))");
     }
 }
@@ -74,8 +78,9 @@ async fn a_late_joiner_gets_what_the_topic_keeps() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_message_of_another_schema_is_counted_and_skipped() {
     let test = open("schema");
-    let scenes: Outbox<TaskHeader, SceneRecord> = test.bus.outbox(&SCENE).unwrap();
-    let mut reader: Inbox<TaskHeader, SceneRecord> = test.bus.inbox(&SCENE).unwrap();
+    let scenes: Publisher<TaskHeader, SceneRecord> = test.bus.publisher(&SCENE).unwrap();
+    let mut reader: Subscriber<TaskHeader, SceneRecord> =
+        test.bus.subscriber(&SCENE, Depth::newest()).unwrap();
     scenes.publish(TaskHeader { schema: SCHEMA + 1, ..task(0) }, &[]).unwrap();
     scenes.publish(task(1), &[]).unwrap();
     assert_eq!(reader.newest().await.unwrap().header().cycle, 1);
@@ -87,9 +92,10 @@ async fn runs_do_not_see_one_another() {
     let test = open("spaces");
     let (ours, theirs) =
         (Bus::open(&test.run.bus("a")).unwrap(), Bus::open(&test.run.bus("b")).unwrap());
-    let sender: Outbox<TaskHeader, SceneRecord> = theirs.outbox(&SCENE).unwrap();
-    let mut reader: Inbox<TaskHeader, SceneRecord> = ours.inbox(&SCENE).unwrap();
-    let own: Outbox<TaskHeader, SceneRecord> = ours.outbox(&SCENE).unwrap();
+    let sender: Publisher<TaskHeader, SceneRecord> = theirs.publisher(&SCENE).unwrap();
+    let mut reader: Subscriber<TaskHeader, SceneRecord> =
+        ours.subscriber(&SCENE, Depth::newest()).unwrap();
+    let own: Publisher<TaskHeader, SceneRecord> = ours.publisher(&SCENE).unwrap();
     sender.publish(task(1), &[]).unwrap();
     own.publish(task(2), &[]).unwrap();
     assert_eq!(reader.newest().await.unwrap().header().cycle, 2);
@@ -99,8 +105,9 @@ async fn runs_do_not_see_one_another() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_long_message_grows_the_memory() {
     let test = open("grow");
-    let goal: Outbox<TaskHeader, u8> = test.bus.outbox(&GOAL).unwrap();
-    let mut reader: Inbox<TaskHeader, u8> = test.bus.inbox(&GOAL).unwrap();
+    let goal: Publisher<TaskHeader, u8> = test.bus.publisher(&GOAL).unwrap();
+    let mut reader: Subscriber<TaskHeader, u8> =
+        test.bus.subscriber(&GOAL, Depth::newest()).unwrap();
     let long = vec![7_u8; 1 << 20];
     goal.publish(task(0), &long).unwrap();
     assert_eq!(reader.newest().await.unwrap().records(), &long[..]);

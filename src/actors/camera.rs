@@ -5,15 +5,15 @@ use crate::hardware::Camera;
 use crate::transport::convert::{depth_to_bytes, frame_header};
 use crate::transport::topics::{CAMERA_DEPTH, CAMERA_RGB};
 use crate::transport::wire::FrameHeader;
-use crate::transport::{Bus, Outbox};
+use crate::transport::{Bus, Publisher};
 
 /// Publishes every frame of a camera: depth first, so that whoever has the pixels has it too.
 ///
 /// # Errors
 /// [`ActorError`] when the camera or the bus fails.
 pub async fn serve(bus: Bus, mut camera: Box<dyn Camera>, chaos: Chaos) -> Result<(), ActorError> {
-    let rgb: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_RGB)?;
-    let depth: Outbox<FrameHeader, u8> = bus.outbox(&CAMERA_DEPTH)?;
+    let rgb: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB)?;
+    let depth: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_DEPTH)?;
     loop {
         let frame = camera.next().await;
         let Some(frame) = frame.map_err(|e| ActorError::Part { reason: e.to_string() })? else {

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::transport::convert::{WireContext, goal_to_wire, scene_from_wire};
 use crate::transport::topics::{GOAL, SCENE};
 use crate::transport::wire::{SceneRecord, TaskHeader};
-use crate::transport::{Bus, Inbox, Outbox, Received};
+use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
 /// `TaskHeader::verdict` of a goal message that says "not yet".
 pub const GOAL_PENDING: u32 = 1;
@@ -40,8 +40,9 @@ pub struct Args {
 /// # Errors
 /// [`Fatal`] when no scene can make the goal understood, or what reads it is missing or gives up.
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
-    let goals: Outbox<TaskHeader, u8> = args.bus.outbox(&GOAL)?;
-    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
+    let goals: Publisher<TaskHeader, u8> = args.bus.publisher(&GOAL)?;
+    let mut scenes: Subscriber<TaskHeader, SceneRecord> =
+        args.bus.subscriber(&SCENE, Depth::newest())?;
     let mut goal = args.checkpoint.load();
     loop {
         if let Some(goal) = &goal {

@@ -14,9 +14,9 @@ use crate::scene::Scene;
 use crate::transport::convert::{
     WireContext, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
 };
-use crate::transport::topics::{GOAL, OUTCOME, PLAN, SCENE};
+use crate::transport::topics::{GOAL, OUTCOME, PLAN, RELIABLE_DEPTH, SCENE};
 use crate::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
-use crate::transport::{Bus, Inbox, Outbox, Received, TransportError};
+use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportError};
 
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
@@ -56,10 +56,12 @@ impl Memory {
 /// # Errors
 /// [`ActorError`] when the bus fails.
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
-    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
-    let mut goals: Inbox<TaskHeader, u8> = args.bus.inbox(&GOAL)?;
-    let mut outcomes: Inbox<TaskHeader, OutcomeRecord> = args.bus.inbox(&OUTCOME)?;
-    let plans: Outbox<TaskHeader, StepRecord> = args.bus.outbox(&PLAN)?;
+    let mut scenes: Subscriber<TaskHeader, SceneRecord> =
+        args.bus.subscriber(&SCENE, Depth::newest())?;
+    let mut goals: Subscriber<TaskHeader, u8> = args.bus.subscriber(&GOAL, Depth::newest())?;
+    let mut outcomes: Subscriber<TaskHeader, OutcomeRecord> =
+        args.bus.subscriber(&OUTCOME, Depth::all(RELIABLE_DEPTH))?;
+    let plans: Publisher<TaskHeader, StepRecord> = args.bus.publisher(&PLAN)?;
     let mut memory = args.checkpoint.load();
     let mut tables = TableBuilder::default();
     loop {
@@ -100,7 +102,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
 impl Memory {
     fn hear(
         &mut self,
-        outcomes: &mut Inbox<TaskHeader, OutcomeRecord>,
+        outcomes: &mut Subscriber<TaskHeader, OutcomeRecord>,
         context: &WireContext,
     ) -> Result<(), TransportError> {
         while let Some(message) = outcomes.poll_next()? {

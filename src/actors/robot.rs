@@ -6,14 +6,14 @@ use crate::messages::Command;
 use crate::transport::convert::{
     command_from_wire, device_header, robot_state_to_wire, status_to_wire,
 };
-use crate::transport::topics::{ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS};
+use crate::transport::topics::{RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS};
 use crate::transport::wire::{CommandRecord, DeviceHeader, RobotStateRecord, StatusRecord};
-use crate::transport::{Bus, Inbox, Outbox, Received};
+use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
 struct Ports {
-    commands: Inbox<DeviceHeader, CommandRecord>,
-    states: Outbox<DeviceHeader, RobotStateRecord>,
-    statuses: Outbox<DeviceHeader, StatusRecord>,
+    commands: Subscriber<DeviceHeader, CommandRecord>,
+    states: Publisher<DeviceHeader, RobotStateRecord>,
+    statuses: Publisher<DeviceHeader, StatusRecord>,
 }
 
 /// Hosts a robot.
@@ -25,9 +25,9 @@ struct Ports {
 /// [`ActorError`] when the bus fails.
 pub async fn serve(bus: Bus, mut robot: Box<dyn Robot>, chaos: Chaos) -> Result<(), ActorError> {
     let mut ports = Ports {
-        commands: bus.inbox(&ROBOT_COMMAND)?,
-        states: bus.outbox(&ROBOT_STATE)?,
-        statuses: bus.outbox(&ROBOT_STATUS)?,
+        commands: bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH))?,
+        states: bus.publisher(&ROBOT_STATE)?,
+        statuses: bus.publisher(&ROBOT_STATUS)?,
     };
     let mut ticks = robot.period().map(tokio::time::interval);
     if let Some(ticks) = &mut ticks {

@@ -7,23 +7,25 @@ use tokio::sync::watch;
 use super::scene_parser::fresh;
 use super::{ActorError, Chaos, Checkpoint};
 use crate::clock::{ClockKind, monotonic_ns};
-use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Note, Stop};
-use crate::messages::{PlanMessage, RobotState};
+use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig};
+use crate::messages::{Event, PlanMessage, RobotState, Stop};
 use crate::metrics::{EpisodeMetrics, EpisodeResult};
 use crate::scene::Scene;
 use crate::transport::convert::{
     WireContext, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
     robot_state_from_wire, scene_from_wire, status_from_wire,
 };
-use crate::transport::topics::{OUTCOME, PLAN, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE};
+use crate::transport::topics::{
+    OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+};
 use crate::transport::wire::{
     CommandRecord, DeviceHeader, OutcomeRecord, RobotStateRecord, SceneRecord, StatusRecord,
     StepRecord, TaskHeader,
 };
-use crate::transport::{Bus, Inbox, Outbox, Received, TransportError};
+use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportError};
 
 /// Hears what people should be told; the cycle comes with it.
-pub type Narrate = Arc<dyn Fn(u64, u64, &Note) + Send + Sync>;
+pub type Narrate = Arc<dyn Fn(u64, u64, &Event) + Send + Sync>;
 
 /// What the actor is started with; shared by all its incarnations.
 #[expect(missing_debug_implementations, reason = "holds a closure")]
@@ -61,12 +63,12 @@ pub struct Memory {
 }
 
 struct Ports {
-    plans: Inbox<TaskHeader, StepRecord>,
-    scenes: Inbox<TaskHeader, SceneRecord>,
-    states: Inbox<DeviceHeader, RobotStateRecord>,
-    statuses: Inbox<DeviceHeader, StatusRecord>,
-    commands: Outbox<DeviceHeader, CommandRecord>,
-    outcomes: Outbox<TaskHeader, OutcomeRecord>,
+    plans: Subscriber<TaskHeader, StepRecord>,
+    scenes: Subscriber<TaskHeader, SceneRecord>,
+    states: Subscriber<DeviceHeader, RobotStateRecord>,
+    statuses: Subscriber<DeviceHeader, StatusRecord>,
+    commands: Publisher<DeviceHeader, CommandRecord>,
+    outcomes: Publisher<TaskHeader, OutcomeRecord>,
 }
 
 /// Answers every plan with one command, until the episode has ended.
@@ -76,12 +78,12 @@ struct Ports {
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let mut ports = Ports {
-        plans: bus.inbox(&PLAN)?,
-        scenes: bus.inbox(&SCENE)?,
-        states: bus.inbox(&ROBOT_STATE)?,
-        statuses: bus.inbox(&ROBOT_STATUS)?,
-        commands: bus.outbox(&ROBOT_COMMAND)?,
-        outcomes: bus.outbox(&OUTCOME)?,
+        plans: bus.subscriber(&PLAN, Depth::newest())?,
+        scenes: bus.subscriber(&SCENE, Depth::newest())?,
+        states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
+        statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
+        commands: bus.publisher(&ROBOT_COMMAND)?,
+        outcomes: bus.publisher(&OUTCOME)?,
     };
     let mut stop = args.stop.clone();
     let mut memory = args.checkpoint.load();
@@ -161,8 +163,8 @@ impl Memory {
             self.tally.count(scene, plan, decision, monotonic_ns());
         }
         let cause = &plan.cause;
-        for note in &decision.notes {
-            (args.narrate)(cause.capture_ns, cause.cycle, note);
+        for event in &decision.events {
+            (args.narrate)(cause.capture_ns, cause.cycle, event);
         }
         if decision.verdict.is_some() {
             self.announce(args, decision);
@@ -175,8 +177,8 @@ impl Memory {
         let cause = self.scene.as_ref().map(|s| s.cause).unwrap_or_default();
         let decision = self.executive.stop(cause.frame_sequence, cause.capture_ns, why);
         self.publish(args, ports, &decision)?;
-        for note in &decision.notes {
-            (args.narrate)(cause.capture_ns, cause.cycle, note);
+        for event in &decision.events {
+            (args.narrate)(cause.capture_ns, cause.cycle, event);
         }
         self.announce(args, &decision);
         Ok(())

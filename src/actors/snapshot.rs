@@ -19,7 +19,7 @@ use crate::transport::convert::{
 };
 use crate::transport::topics::{CAMERA_RGB, GOAL, PLAN, SCENE};
 use crate::transport::wire::{FrameHeader, SceneRecord, StepRecord, TaskHeader};
-use crate::transport::{Bus, Inbox};
+use crate::transport::{Bus, Depth, Subscriber};
 
 /// A picture of one cycle, asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,10 +50,13 @@ pub struct Args {
 /// # Errors
 /// [`ActorError`] when the bus fails or the picture cannot be written.
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
-    let mut frames: Inbox<FrameHeader, u8> = args.bus.inbox(&CAMERA_RGB)?;
-    let mut scenes: Inbox<TaskHeader, SceneRecord> = args.bus.inbox(&SCENE)?;
-    let mut plans: Inbox<TaskHeader, StepRecord> = args.bus.inbox(&PLAN)?;
-    let mut goals: Inbox<TaskHeader, u8> = args.bus.inbox(&GOAL)?;
+    let mut frames: Subscriber<FrameHeader, u8> =
+        args.bus.subscriber(&CAMERA_RGB, Depth::newest())?;
+    let mut scenes: Subscriber<TaskHeader, SceneRecord> =
+        args.bus.subscriber(&SCENE, Depth::newest())?;
+    let mut plans: Subscriber<TaskHeader, StepRecord> =
+        args.bus.subscriber(&PLAN, Depth::newest())?;
+    let mut goals: Subscriber<TaskHeader, u8> = args.bus.subscriber(&GOAL, Depth::newest())?;
     let mut pictures: Vec<(u64, RgbImage)> = Vec::new();
     let mut known: Vec<Scene> = Vec::new();
     let mut goal = None;

@@ -1,6 +1,6 @@
 //! What people read while an episode runs.
 
-use crate::executive::Note;
+use crate::messages::Event;
 use crate::pddl::{Atom, Name, Step};
 
 /// Most steps of a plan that are shown on one line.
@@ -21,34 +21,34 @@ impl Style {
     }
 
     /// One note as one line.
-    pub(super) fn line(&self, since_ns: u64, cycle: u64, note: &Note) -> String {
+    pub(super) fn line(&self, since_ns: u64, cycle: u64, note: &Event) -> String {
         let seconds = since_ns as f64 / 1e9;
         let (mark, text) = match note {
-            Note::State { facts, unknown, constrained } => {
+            Event::State { facts, unknown, constrained } => {
                 (self.paint("2", "state  "), self.state(facts, unknown, constrained))
             }
-            Note::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
-            Note::Started { step } => (self.paint("34", "skill  "), step.to_string()),
-            Note::Done { step, seconds } => {
+            Event::Plan { steps, cost } => (self.paint("36", "plan   "), plan(steps, *cost)),
+            Event::Started { step } => (self.paint("34", "skill  "), step.to_string()),
+            Event::Done { step, seconds } => {
                 (self.paint("32", "done   "), format!("{step} in {seconds:.1} s"))
             }
-            Note::Failed { step, reason, failures } => {
+            Event::Failed { step, reason, failures } => {
                 let times =
                     if *failures > 1 { format!(" ({failures} times)") } else { String::new() };
                 (self.paint("31", "failed "), format!("{step}: {reason}{times}"))
             }
-            Note::Deviation(deviation) => (self.paint("33;1", "seen   "), deviation.to_string()),
-            Note::Replan { causes, old } => {
+            Event::Deviation(deviation) => (self.paint("33;1", "seen   "), deviation.to_string()),
+            Event::Replan { causes, old } => {
                 let causes: Vec<String> = causes.iter().map(ToString::to_string).collect();
                 let instead = old.as_ref().map(|step| format!("; {step} was next"));
                 let text = format!("{}{}", causes.join("; "), instead.unwrap_or_default());
                 (self.paint("35;1", "replan "), format!("because {text}"))
             }
-            Note::Cancel { step, reason } => {
+            Event::Cancel { step, reason } => {
                 (self.paint("33", "break  "), format!("{step}: {reason}"))
             }
-            Note::Look { reason } => (self.paint("2", "look   "), reason.clone()),
-            Note::End(verdict) => {
+            Event::Look { reason } => (self.paint("2", "look   "), reason.clone()),
+            Event::End(verdict) => {
                 let code = if verdict.exit_code() == 0 { "32;1" } else { "31;1" };
                 (self.paint("1", "end    "), self.paint(code, &verdict.to_string()))
             }

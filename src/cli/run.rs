@@ -11,7 +11,7 @@ use tokio::sync::watch;
 use super::narrate::Style;
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
-use crate::executive::{Note, Stop, Verdict};
+use crate::messages::{Event, Stop, Verdict};
 use crate::metrics::{EpisodeReport, Quantiles};
 use crate::run::{EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode};
 use crate::transport::BusConfig;
@@ -120,7 +120,7 @@ fn options(
     let orders = prepared.folder.perception.constraints.strict_order.clone();
     let style = Style { colour: out::is_terminal() && !json, orders };
     let started_ns = OnceLock::new();
-    let narrate = move |capture_ns: u64, cycle: u64, note: &Note| {
+    let narrate = move |capture_ns: u64, cycle: u64, note: &Event| {
         let since_ns = capture_ns.saturating_sub(*started_ns.get_or_init(|| capture_ns));
         let text = style.line(since_ns, cycle, note);
         match (quiet, json) {

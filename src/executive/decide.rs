@@ -1,28 +1,27 @@
 //! One cycle, top to bottom.
 
 use super::explain::deviations;
-use super::looking::doubted;
-use super::verdict::{Limit, Verdict};
-use super::{Answer, Cycle, Executive, Note, Phase, ReplanCause, join};
+use super::re_observing::with_anomalies;
+use super::{Answer, Cycle, Executive, Phase, join};
 use crate::logic::Truth;
-use crate::messages::{CommandKind, PlanVerdict};
+use crate::messages::{CommandKind, Event, Limit, PlanVerdict, ReplanCause, Verdict};
 use crate::pddl::{Atom, Name, Step};
 use crate::scene::{Origin, Scene, Visibility};
 
 impl Executive {
     /// Hears the robot, judges what has ended, explains what has changed, follows the plan.
     pub(super) fn decide(&mut self, cycle: &mut Cycle<'_>) -> Answer {
-        self.hear(cycle);
+        self.apply_statuses(cycle);
         self.judge(cycle);
-        self.let_go(cycle);
+        self.clear_held(cycle);
         self.explain(cycle);
-        self.count_late_plans(cycle);
+        self.count_planner_timeouts(cycle);
         if let Some(verdict) = self.spent(cycle) {
             return Answer::End(verdict);
         }
         let unheard =
             self.failed_cycle.is_some_and(|failed| cycle.input.plan.cause.cycle <= failed);
-        if unheard || matches!(self.phase, Phase::Settling(_)) {
+        if unheard || matches!(self.phase, Phase::VerifyingEffects(_)) {
             return Answer::Command(CommandKind::Continue);
         }
         if let Some(answer) = self.await_view(cycle) {
@@ -54,8 +53,8 @@ impl Executive {
             PlanVerdict::Unsolvable { proof, unknowns } => {
                 if unknowns {
                     let reason = format!("no plan without the unknown facts ({proof})");
-                    let reason = doubted(reason, &cycle.input.scene.anomalies, &[]);
-                    return self.look_around(cycle, &reason);
+                    let reason = with_anomalies(reason, &cycle.input.scene.anomalies, &[]);
+                    return self.re_observe(cycle, &reason);
                 }
                 if !cycle.is_settled() {
                     return self.look(cycle, "the scene is not settled".to_owned());
@@ -65,8 +64,8 @@ impl Executive {
             PlanVerdict::Inconsistent { atoms } => {
                 let atoms: Vec<String> = atoms.iter().map(ToString::to_string).collect();
                 let reason = format!("these facts exclude each other: {}", atoms.join(", "));
-                let reason = doubted(reason, &cycle.input.scene.anomalies, &[]);
-                self.look_around(cycle, &reason)
+                let reason = with_anomalies(reason, &cycle.input.scene.anomalies, &[]);
+                self.re_observe(cycle, &reason)
             }
             PlanVerdict::Unsupported { feature } => Answer::End(Verdict::GaveUp {
                 limit: Limit::Planner,
@@ -79,7 +78,7 @@ impl Executive {
     fn explain(&mut self, cycle: &mut Cycle<'_>) {
         let objects = &cycle.input.scene.objects;
         let nothing_seen = objects.iter().all(|o| o.visibility == Visibility::Implied);
-        if nothing_seen || !cycle.is_settled() || matches!(self.phase, Phase::Settling(_)) {
+        if nothing_seen || !cycle.is_settled() || matches!(self.phase, Phase::VerifyingEffects(_)) {
             return;
         }
         let known = self.expected.is_some();
@@ -88,19 +87,19 @@ impl Executive {
             None => Vec::new(),
         };
         for deviation in &changed {
-            cycle.note(Note::Deviation(deviation.clone()));
+            cycle.event(Event::Deviation(deviation.clone()));
             self.causes.push(ReplanCause::Deviation(deviation.clone()));
         }
         let facts = &cycle.facts;
-        let done = cycle.notes.iter().any(|note| matches!(note, Note::Done { .. }));
+        let done = cycle.events.iter().any(|event| matches!(event, Event::Done { .. }));
         if !known || done || !changed.is_empty() {
-            let state = Note::State {
+            let state = Event::State {
                 facts: facts.known.iter().cloned().collect(),
                 unknown: facts.unknown.iter().cloned().collect(),
                 constrained: constrained(cycle.input.scene),
             };
             self.expected = Some(facts.clone());
-            cycle.note(state);
+            cycle.event(state);
         }
     }
 
@@ -135,7 +134,7 @@ impl Executive {
         if !cycle.is_settled() {
             return match self.phase {
                 Phase::Running(_) => go_on,
-                Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => {
+                Phase::Idle | Phase::VerifyingEffects(_) | Phase::ReObserving(_) => {
                     self.look(cycle, "the scene is not settled".to_owned())
                 }
             };
@@ -154,7 +153,9 @@ impl Executive {
                 let reason = format!("{step} comes first now");
                 self.preempt(cycle, reason)
             }
-            (_, None) => self.look_into_doubts(cycle, &[]).unwrap_or(Answer::End(Verdict::Reached)),
+            (_, None) => {
+                self.re_observe_anomalies(cycle, &[]).unwrap_or(Answer::End(Verdict::Reached))
+            }
             (_, Some(step)) => {
                 let step = step.clone();
                 self.dispatch(cycle, &step)
@@ -177,10 +178,10 @@ impl Executive {
         if !is_first && !causes.is_empty() {
             self.counts.replans += 1;
             cycle.replanned = true;
-            cycle.note(Note::Replan { causes, old });
+            cycle.event(Event::Replan { causes, old });
         }
         if !steps.is_empty() {
-            cycle.note(Note::Plan { steps: steps.to_vec(), cost });
+            cycle.event(Event::Plan { steps: steps.to_vec(), cost });
         }
     }
 
@@ -191,7 +192,7 @@ impl Executive {
             return Answer::End(Verdict::GaveUp { limit: Limit::Looks, detail: reason });
         }
         if self.looks == 1 && cycle.is_new_frame {
-            cycle.note(Note::Look { reason });
+            cycle.event(Event::Look { reason });
         }
         Answer::Command(CommandKind::Continue)
     }
@@ -213,7 +214,7 @@ impl Executive {
             } else {
                 format!("the goal names {}, which nobody has seen yet", join(objects))
             };
-            cycle.note(Note::Look { reason });
+            cycle.event(Event::Look { reason });
         }
         Answer::Command(CommandKind::Continue)
     }

@@ -1,11 +1,10 @@
 //! No action leaves unless its preconditions are known to hold in the newest confirmed state.
 
-use super::looking::doubted;
+use super::re_observing::with_anomalies;
 use super::running::Running;
-use super::verdict::{Limit, Verdict};
-use super::{Answer, Cycle, Executive, Note, Phase};
+use super::{Answer, Cycle, Executive, Phase};
 use crate::logic::{Changes, Truth, Universe, bind, effects, evaluate, unsatisfied};
-use crate::messages::CommandKind;
+use crate::messages::{CommandKind, Event, Limit, Verdict};
 use crate::pddl::Step;
 use crate::skills::{Held, Preempt};
 
@@ -21,21 +20,21 @@ impl Executive {
     /// Starts a step, or says why not.
     pub(super) fn dispatch(&mut self, cycle: &mut Cycle<'_>, step: &Step) -> Answer {
         let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
-            let looked_into = self.look_into_doubts(cycle, &[]);
+            let looked_into = self.re_observe_anomalies(cycle, &[]);
             return looked_into.unwrap_or(Answer::End(Verdict::Planned));
         };
         match Self::may_start(cycle, step) {
             Ok(()) => {}
             Err(Refusal::NotYet(reason)) => return self.look(cycle, reason),
             Err(Refusal::Unknown(reason)) => {
-                let reason = doubted(reason, &cycle.input.scene.anomalies, &step.args);
-                return self.look_around(cycle, &reason);
+                let reason = with_anomalies(reason, &cycle.input.scene.anomalies, &step.args);
+                return self.re_observe(cycle, &reason);
             }
         }
-        if let Some(answer) = self.look_into_doubts(cycle, &step.args) {
+        if let Some(answer) = self.re_observe_anomalies(cycle, &step.args) {
             return answer;
         }
-        if let Some(verdict) = self.circling(cycle) {
+        if let Some(verdict) = self.state_revisit_guard(cycle) {
             return Answer::End(verdict);
         }
         let objects = &cycle.input.scene.objects;
@@ -68,7 +67,7 @@ impl Executive {
             fault: None,
         });
         self.held = held.or(self.held.take());
-        cycle.note(Note::Started { step: step.clone() });
+        cycle.event(Event::Started { step: step.clone() });
         Answer::Command(CommandKind::Start(motion))
     }
 
@@ -113,7 +112,7 @@ impl Executive {
     }
 
     /// Counts how often the present state was left before by a dispatch.
-    fn circling(&mut self, cycle: &Cycle<'_>) -> Option<Verdict> {
+    fn state_revisit_guard(&mut self, cycle: &Cycle<'_>) -> Option<Verdict> {
         let state: Vec<String> = cycle.facts.known.iter().map(ToString::to_string).collect();
         let state = state.concat();
         if self.last_dispatch_state.as_ref() == Some(&state) {
@@ -162,7 +161,7 @@ impl Executive {
         }
         running.cancelled_ns = Some(cycle.input.now_ns);
         let step = running.step.clone();
-        cycle.note(Note::Cancel { step, reason });
+        cycle.event(Event::Cancel { step, reason });
         Answer::Command(CommandKind::Cancel)
     }
 }

@@ -1,41 +1,10 @@
 //! Why the world is not as expected.
 
 use std::collections::BTreeSet;
-use std::fmt;
 
 use crate::logic::Facts;
+use crate::messages::Deviation;
 use crate::pddl::{Atom, Domain, Name};
-
-/// Facts about the same objects that are not as expected.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Deviation {
-    /// Expected, but known not to hold.
-    pub missing: Vec<Atom>,
-    /// Not expected, but seen.
-    pub seen: Vec<Atom>,
-    /// Expected or not, now unknown.
-    pub unknown: Vec<Atom>,
-}
-
-impl fmt::Display for Deviation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list =
-            |atoms: &[Atom]| atoms.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
-        let mut parts = Vec::new();
-        if !self.missing.is_empty() {
-            parts.push(format!("expected {}", list(&self.missing)));
-        }
-        if !self.seen.is_empty() {
-            parts.push(format!("see {}", list(&self.seen)));
-        } else if !self.missing.is_empty() {
-            parts.push("see that it does not hold".to_owned());
-        }
-        if !self.unknown.is_empty() {
-            parts.push(format!("cannot tell {}", list(&self.unknown)));
-        }
-        f.write_str(&parts.join(", "))
-    }
-}
 
 /// Compares what is seen with what is expected, grouped by the object that each fact is about (its
 /// first argument). Derived facts follow from others and are left out unless nothing else changed

@@ -3,13 +3,11 @@
 //! It keeps no clock and does no I/O; everything arrives in [`CycleInput`].
 
 mod limits;
-mod verdict;
 mod explain;
-mod note;
 mod dispatch;
 mod running;
-mod looking;
-mod late;
+mod re_observing;
+mod planner_timeouts;
 mod decide;
 #[cfg(test)]
 mod tests;
@@ -17,19 +15,20 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::logic::Facts;
-use crate::messages::{Command, CommandKind, PlanMessage, RobotState, Status, StepOutcome};
+use crate::messages::{
+    AnswerKind, Command, CommandKind, Counts, Event, PlanMessage, ReplanCause, RobotState, Status,
+    StepOutcome, Stop, Verdict,
+};
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::{Anomaly, Scene};
 use crate::skills::{Held, MotionConfig, SkillMap};
 
-pub use explain::{Deviation, deviations};
+pub use explain::deviations;
 pub use limits::Limits;
-pub use note::{Note, ReplanCause};
-pub use verdict::{Limit, Stop, Verdict};
 
-use late::Late;
-use looking::Looking;
-use running::{Running, Settling};
+use planner_timeouts::PlannerTimeouts;
+use re_observing::ReObserving;
+use running::{Running, VerifyingEffects};
 
 /// What does not change during an episode.
 #[derive(Debug, Clone)]
@@ -59,17 +58,6 @@ pub struct CycleInput<'a> {
     pub now_ns: u64,
 }
 
-/// Which kind of answer a frame got; latencies are kept apart by it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum AnswerKind {
-    /// The frame changed nothing.
-    Continue,
-    /// A skill was started.
-    Dispatch,
-    /// The plan was switched, whether a skill was started or not.
-    Replan,
-}
-
 /// The answer to one cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
@@ -78,24 +66,11 @@ pub struct Decision {
     /// Which kind of answer this is.
     pub kind: AnswerKind,
     /// What people are told.
-    pub notes: Vec<Note>,
+    pub events: Vec<Event>,
     /// How dispatched steps ended, for the planner.
     pub outcomes: Vec<StepOutcome>,
     /// How the episode ends, when it does.
     pub verdict: Option<Verdict>,
-}
-
-/// What is counted over an episode.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Cycles that were answered.
-    pub cycles: u64,
-    /// Plan switches with a cause.
-    pub replans: u64,
-    /// Steps that did what they were to do.
-    pub skills_done: u64,
-    /// Steps that did not.
-    pub skills_failed: u64,
 }
 
 /// The loop's memory. A clone is a checkpoint: a restarted actor goes on from it.
@@ -120,9 +95,9 @@ pub struct Executive {
     /// How many of the robot's view poses have been taken since the last dispatch.
     views_taken: usize,
     /// Doubts that another look did not remove.
-    put_up_with: BTreeSet<Anomaly>,
+    accepted_anomalies: BTreeSet<Anomaly>,
     unseen_frames: u32,
-    late: Late,
+    planner_timeouts: PlannerTimeouts,
     /// The picture that the last cycle rested on.
     last_frame: Option<u64>,
     visits: BTreeMap<String, u32>,
@@ -139,9 +114,9 @@ enum Phase {
     /// A step.
     Running(Running),
     /// A step has ended; the scene has not settled yet.
-    Settling(Settling),
+    VerifyingEffects(VerifyingEffects),
     /// A motion that frees the camera's view.
-    Looking(Looking),
+    ReObserving(ReObserving),
 }
 
 impl Executive {
@@ -151,7 +126,7 @@ impl Executive {
             config,
             input,
             facts: input.scene.confirmed(),
-            notes: Vec::new(),
+            events: Vec::new(),
             outcomes: Vec::new(),
             replanned: false,
             is_new_frame: self.last_frame.replace(input.scene.cause.frame_sequence)
@@ -168,7 +143,7 @@ impl Executive {
         let label = self.label();
         let replanned = cycle.replanned;
         if let Some(verdict) = &verdict {
-            cycle.notes.push(Note::End(verdict.clone()));
+            cycle.events.push(Event::End(verdict.clone()));
         }
         Decision {
             command: Command {
@@ -183,7 +158,7 @@ impl Executive {
                 (false, true) => AnswerKind::Dispatch,
                 (false, false) => AnswerKind::Continue,
             },
-            notes: cycle.notes,
+            events: cycle.events,
             outcomes: cycle.outcomes,
             verdict,
         }
@@ -201,7 +176,7 @@ impl Executive {
                 label: self.label(),
             },
             kind: AnswerKind::Continue,
-            notes: vec![Note::End(verdict.clone())],
+            events: vec![Event::End(verdict.clone())],
             outcomes: Vec::new(),
             verdict: Some(verdict),
         }
@@ -216,15 +191,15 @@ impl Executive {
     pub fn running_step(&self) -> Option<&Step> {
         match &self.phase {
             Phase::Running(running) => Some(&running.step),
-            Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => None,
+            Phase::Idle | Phase::VerifyingEffects(_) | Phase::ReObserving(_) => None,
         }
     }
 
     fn label(&self) -> String {
         match &self.phase {
             Phase::Running(running) => running.step.to_string(),
-            Phase::Looking(looking) => looking.label.clone(),
-            Phase::Idle | Phase::Settling(_) => String::new(),
+            Phase::ReObserving(re_observing) => re_observing.label.clone(),
+            Phase::Idle | Phase::VerifyingEffects(_) => String::new(),
         }
     }
 
@@ -238,7 +213,7 @@ struct Cycle<'a> {
     config: &'a ExecutiveConfig,
     input: &'a CycleInput<'a>,
     facts: Facts,
-    notes: Vec<Note>,
+    events: Vec<Event>,
     outcomes: Vec<StepOutcome>,
     replanned: bool,
     /// Whether the scene rests on another picture than that of the last cycle: while a detector
@@ -247,8 +222,8 @@ struct Cycle<'a> {
 }
 
 impl Cycle<'_> {
-    fn note(&mut self, note: Note) {
-        self.notes.push(note);
+    fn event(&mut self, event: Event) {
+        self.events.push(event);
     }
 
     fn is_settled(&self) -> bool {

@@ -1,8 +1,8 @@
 //! A step in the robot's hands: statuses, timeouts, and what it came to.
 
-use super::{Cycle, Executive, Note, Phase, ReplanCause, Stop, Verdict};
+use super::{Cycle, Executive, Phase};
 use crate::logic::{Changes, Facts, Truth};
-use crate::messages::{StatusKind, StepOutcome};
+use crate::messages::{Event, ReplanCause, StatusKind, StepOutcome};
 use crate::pddl::{Name, Step};
 
 /// A step that the robot carries out.
@@ -25,7 +25,7 @@ pub(super) struct Running {
 
 /// A step that has ended; its effects are being looked for.
 #[derive(Debug, Clone)]
-pub(super) struct Settling {
+pub(super) struct VerifyingEffects {
     pub(super) step: Step,
     pub(super) started_ns: u64,
     pub(super) ended_ns: u64,
@@ -45,10 +45,10 @@ pub(super) enum Ending {
 
 impl Executive {
     /// Takes in what the robot says: a running step may end.
-    pub(super) fn hear(&mut self, cycle: &Cycle<'_>) {
+    pub(super) fn apply_statuses(&mut self, cycle: &Cycle<'_>) {
         for status in cycle.input.statuses {
-            if let Phase::Looking(looking) = &self.phase
-                && status.command_id == looking.command_id
+            if let Phase::ReObserving(re_observing) = &self.phase
+                && status.command_id == re_observing.command_id
                 && status.kind != StatusKind::Accepted
             {
                 // However it ended: the next frames show what can be seen from there.
@@ -64,7 +64,7 @@ impl Executive {
                 StatusKind::Failed(reason) => Ending::Failed(reason.clone()),
                 StatusKind::Cancelled => Ending::Cancelled,
             };
-            self.phase = Phase::Settling(Settling {
+            self.phase = Phase::VerifyingEffects(VerifyingEffects {
                 step: running.step.clone(),
                 started_ns: running.started_ns,
                 ended_ns: status.capture_ns,
@@ -77,7 +77,7 @@ impl Executive {
     }
 
     /// Forgets what was held once the gripper of an idle robot is empty.
-    pub(super) fn let_go(&mut self, cycle: &Cycle<'_>) {
+    pub(super) fn clear_held(&mut self, cycle: &Cycle<'_>) {
         let holding = cycle.input.robot.is_some_and(|robot| robot.holding);
         if matches!(self.phase, Phase::Idle) && !holding {
             self.held = None;
@@ -86,46 +86,46 @@ impl Executive {
 
     /// Judges a step that has ended, once the scene has settled.
     pub(super) fn judge(&mut self, cycle: &mut Cycle<'_>) {
-        let Phase::Settling(settling) = &mut self.phase else { return };
-        settling.frames += u32::from(cycle.is_new_frame);
+        let Phase::VerifyingEffects(verifying) = &mut self.phase else { return };
+        verifying.frames += u32::from(cycle.is_new_frame);
         // What was seen before the end says nothing about what came of it.
-        let is_older = cycle.input.scene.cause.capture_ns < settling.ended_ns;
+        let is_older = cycle.input.scene.cause.capture_ns < verifying.ended_ns;
         let waiting =
-            (is_older || !cycle.is_settled()) && settling.frames <= cycle.config.limits.looks_max;
+            (is_older || !cycle.is_settled()) && verifying.frames <= cycle.config.limits.looks_max;
         if waiting {
             return;
         }
-        let settling = settling.clone();
+        let verifying = verifying.clone();
         self.phase = Phase::Idle;
-        let lacking = lacking(&settling.changes, &cycle.facts);
-        let reason = match (&settling.ending, lacking) {
-            (Ending::Cancelled, _) => match &settling.fault {
+        let lacking = lacking(&verifying.changes, &cycle.facts);
+        let reason = match (&verifying.ending, lacking) {
+            (Ending::Cancelled, _) => match &verifying.fault {
                 Some(fault) => fault.clone(),
                 None => return,
             },
             (Ending::Failed(reason), _) => reason.clone(),
             (Ending::Done, Some(what)) => format!("done, but {what}"),
             (Ending::Done, None) => {
-                let seconds = settling.ended_ns.saturating_sub(settling.started_ns) as f64 / 1e9;
-                self.succeed(cycle, &settling, seconds);
+                let seconds = verifying.ended_ns.saturating_sub(verifying.started_ns) as f64 / 1e9;
+                self.succeed(cycle, &verifying, seconds);
                 return;
             }
         };
-        self.fail(cycle, &settling.step, reason);
+        self.fail(cycle, &verifying.step, reason);
     }
 
-    fn succeed(&mut self, cycle: &mut Cycle<'_>, settling: &Settling, seconds: f64) {
+    fn succeed(&mut self, cycle: &mut Cycle<'_>, verifying: &VerifyingEffects, seconds: f64) {
         self.counts.skills_done += 1;
         if let Some(expected) = &mut self.expected {
-            apply(&settling.changes, expected);
+            apply(&verifying.changes, expected);
         }
         if let Some(remaining) = &mut self.remaining
-            && remaining.first() == Some(&settling.step)
+            && remaining.first() == Some(&verifying.step)
         {
             remaining.remove(0);
         }
-        cycle.note(Note::Done { step: settling.step.clone(), seconds });
-        self.report(cycle, &settling.step, true);
+        cycle.event(Event::Done { step: verifying.step.clone(), seconds });
+        self.report(cycle, &verifying.step, true);
     }
 
     /// Counts a failure and tells planner and people.
@@ -135,7 +135,7 @@ impl Executive {
         let failures = self.failures.entry(step.clone()).or_default();
         *failures += 1;
         let failures = *failures;
-        cycle.note(Note::Failed { step: step.clone(), reason: reason.clone(), failures });
+        cycle.event(Event::Failed { step: step.clone(), reason: reason.clone(), failures });
         self.causes.push(ReplanCause::Failure { step: step.clone(), reason });
         self.report(cycle, step, false);
     }
@@ -170,8 +170,8 @@ impl Executive {
     pub(super) fn is_hung(&self, cycle: &Cycle<'_>) -> bool {
         let cancelled_ns = match &self.phase {
             Phase::Running(running) => running.cancelled_ns,
-            Phase::Looking(looking) => looking.cancelled_ns,
-            Phase::Idle | Phase::Settling(_) => None,
+            Phase::ReObserving(re_observing) => re_observing.cancelled_ns,
+            Phase::Idle | Phase::VerifyingEffects(_) => None,
         };
         cancelled_ns.is_some_and(|at| {
             let seconds = cycle.input.now_ns.saturating_sub(at) as f64 / 1e9;
@@ -206,11 +206,5 @@ fn apply(changes: &Changes, facts: &mut Facts) {
     }
     for atom in &changes.add {
         facts.set(atom.clone(), Truth::True);
-    }
-}
-
-impl From<Stop> for Verdict {
-    fn from(stop: Stop) -> Self {
-        Self::Stopped(stop)
     }
 }

@@ -24,9 +24,11 @@ use std::fmt::Write as _;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::executive::{Decision, Limit, Verdict};
+use crate::executive::Decision;
 use crate::logic::Truth;
-use crate::messages::{Command, CommandKind, Expect, PlanMessage, PlanVerdict, Waypoint};
+use crate::messages::{
+    Command, CommandKind, Expect, Limit, PlanMessage, PlanVerdict, Verdict, Waypoint,
+};
 use crate::scene::Scene;
 
 /// What is hashed first: the name and version of the encoding. It changes when the text of equal
@@ -168,8 +170,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
-    use crate::executive::AnswerKind;
-    use crate::messages::Motion;
+    use crate::messages::{AnswerKind, Motion};
     use crate::pddl::{Atom, Name, Step};
     use crate::scene::{FrameRef, Origin, SceneFact};
 
@@ -207,7 +208,7 @@ mod tests {
         let decision = Decision {
             command,
             kind: AnswerKind::Dispatch,
-            notes: Vec::new(),
+            events: Vec::new(),
             outcomes: Vec::new(),
             verdict: None,
         };

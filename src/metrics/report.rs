@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{EpisodeResult, Quantiles};
-use crate::executive::AnswerKind;
+use crate::messages::AnswerKind;
 
 /// The report of one episode.
 #[derive(Debug, Clone, PartialEq, Serialize)]

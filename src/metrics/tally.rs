@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{DecisionHash, Latency};
-use crate::executive::{AnswerKind, Counts, Decision, Verdict};
-use crate::messages::PlanMessage;
+use crate::executive::Decision;
+use crate::messages::{AnswerKind, Counts, PlanMessage, Verdict};
 use crate::pddl::Step;
 use crate::scene::Scene;
 

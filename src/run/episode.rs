@@ -11,9 +11,8 @@ use crate::actors::{
     supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
-use crate::executive::Stop;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::messages::GoalMessage;
+use crate::messages::{GoalMessage, Stop};
 use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
 use crate::perception::complete;
 use crate::scene::Scene;

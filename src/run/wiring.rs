@@ -14,10 +14,10 @@ use crate::actors::{
     skill_executor,
 };
 use crate::clock::ClockKind;
-use crate::executive::{ExecutiveConfig, Stop};
+use crate::executive::ExecutiveConfig;
 use crate::goals::{self, GoalSettings, GoalSource};
 use crate::logic::Facts;
-use crate::messages::GoalMessage;
+use crate::messages::{GoalMessage, Stop};
 use crate::metrics::EpisodeResult;
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;

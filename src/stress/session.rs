@@ -21,15 +21,15 @@ use crate::run::DomainFolder;
 use crate::transport::convert::{WireContext, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
 use crate::transport::wire::{SceneRecord, StepRecord, TaskHeader};
-use crate::transport::{Bus, BusConfig, Inbox, Outbox, Received};
+use crate::transport::{Bus, BusConfig, Depth, Publisher, Received, Subscriber};
 
 /// One planner with its topics.
 pub(super) struct Session {
     context: Arc<WireContext>,
-    scenes: Outbox<TaskHeader, SceneRecord>,
-    plans: Inbox<TaskHeader, StepRecord>,
+    scenes: Publisher<TaskHeader, SceneRecord>,
+    plans: Subscriber<TaskHeader, StepRecord>,
     /// Kept open: the goal is said once, and handed to whoever comes late.
-    _goals: Outbox<TaskHeader, u8>,
+    _goals: Publisher<TaskHeader, u8>,
     supervision: Supervision,
     cycle: u64,
     /// When each scene was sent whose plan has not come yet.
@@ -107,9 +107,9 @@ impl Session {
         let actor = ActorSpec { name: "planner", serve: Box::new(serve) };
         // What fails here would fail again.
         let restarts = SupervisorConfig { restarts_max: 0, backoff_ms_min: 1, backoff_ms_max: 1 };
-        let scenes = bus.outbox(&SCENE)?;
-        let plans = bus.inbox(&PLAN)?;
-        let goals = bus.outbox(&GOAL)?;
+        let scenes = bus.publisher(&SCENE)?;
+        let plans = bus.subscriber(&PLAN, Depth::newest())?;
+        let goals = bus.publisher(&GOAL)?;
         let supervision = supervise(vec![actor], restarts).await?;
         let goal = GoalMessage::new(start.problem.goal.clone(), Vec::new(), &start.problem.objects);
         let (header, text) = goal_to_wire(&goal, &context);

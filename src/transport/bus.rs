@@ -9,7 +9,7 @@ use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend};
 use iceoryx2::service::ipc_threadsafe;
 
 use super::TransportError;
-use super::ports::{Inbox, Outbox};
+use super::ports::{Depth, Publisher, Subscriber};
 use super::topics::Topic;
 use super::wire::Header;
 
@@ -83,24 +83,29 @@ impl Bus {
     ///
     /// # Errors
     /// [`TransportError::Open`] naming the topic.
-    pub fn outbox<H: Header, R>(&self, topic: &Topic) -> Result<Outbox<H, R>, TransportError>
+    pub fn publisher<H: Header, R>(&self, topic: &Topic) -> Result<Publisher<H, R>, TransportError>
     where
         R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
     {
         let _one_at_a_time = self.opening();
-        Outbox::open(&self.node, &self.service_name(topic), topic)
+        Publisher::open(&self.node, &self.service_name(topic), topic)
     }
 
     /// Opens a topic for reading; what the topic keeps for late joiners arrives first.
     ///
     /// # Errors
-    /// [`TransportError::Open`] naming the topic.
-    pub fn inbox<H: Header, R>(&self, topic: &Topic) -> Result<Inbox<H, R>, TransportError>
+    /// [`TransportError::Open`] naming the topic, [`TransportError::Depth`] when it does not allow
+    /// as many messages to wait.
+    pub fn subscriber<H: Header, R>(
+        &self,
+        topic: &Topic,
+        depth: Depth,
+    ) -> Result<Subscriber<H, R>, TransportError>
     where
         R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
     {
         let _one_at_a_time = self.opening();
-        Inbox::open(&self.node, &self.service_name(topic), topic)
+        Subscriber::open(&self.node, &self.service_name(topic), topic, depth)
     }
 
     /// Name of the run.

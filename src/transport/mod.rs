@@ -9,7 +9,7 @@ pub mod convert;
 use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
-pub use ports::{Drops, Inbox, Outbox, Received, Record};
+pub use ports::{Depth, Drops, Publisher, Received, Record, Subscriber};
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -21,6 +21,16 @@ pub enum TransportError {
         what: String,
         /// iceoryx2's reason.
         reason: String,
+    },
+    /// A reader asks for more messages to wait than the topic allows.
+    #[error("cannot open topic {topic}: {waiting} messages waiting, at most {depth_max}")]
+    Depth {
+        /// The topic.
+        topic: &'static str,
+        /// How many were asked for.
+        waiting: usize,
+        /// How many there may be.
+        depth_max: usize,
     },
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]

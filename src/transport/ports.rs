@@ -1,9 +1,9 @@
-//! Outbox and Inbox: one topic as a service pair (samples and wake-ups), in tokio.
+//! Publisher and Subscriber: one topic as a service pair (samples and wake-ups), in tokio.
 //!
 //! A reader sleeps on the listener's file descriptor. The order is: wait, clear readiness, drain
-//! wake-ups, drain samples; any other order loses wake-ups. A reader that has just opened says
-//! hello on a second event service, and the writer then hands it what the topic keeps for late
-//! joiners; without that a slow topic (goal, plan) would stay silent until its next message.
+//! wake-ups, drain samples; any other order loses wake-ups. Late-joiner handshake: a reader that has
+//! just opened says so on a second event service, and the writer then hands it what the topic keeps;
+//! without that a slow topic (goal, plan) would stay silent until its next message.
 
 use std::os::fd::{AsRawFd, RawFd};
 use std::sync::{Arc, Weak};
@@ -11,8 +11,8 @@ use std::sync::{Arc, Weak};
 use iceoryx2::node::Node;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::publisher::Publisher as SamplePublisher;
+use iceoryx2::port::subscriber::Subscriber as SampleSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{
     AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _, ZeroCopySend,
@@ -24,24 +24,45 @@ use tokio::task::JoinHandle;
 
 use super::TransportError;
 use super::bus::Service;
-use super::topics::{Delivery, Topic};
+use super::topics::Topic;
 use super::wire::{Header, SCHEMA};
 use crate::clock::monotonic_ns;
 
 /// Event id of "a sample was sent". Ids 1 to 3 are iceoryx2's life-cycle events.
 const SENT: EventId = EventId::new(4);
 /// Event id of "I have just opened this topic for reading".
-const HELLO: EventId = EventId::new(5);
+const JOINED: EventId = EventId::new(5);
 /// Largest event id on any topic.
 const EVENT_ID_MAX: usize = 15;
-/// Readers of one topic (actors, recorders, viewers).
-const READERS_MAX: usize = 8;
-/// Writers of one topic: one, and a second while the first is being replaced.
-const WRITERS_MAX: usize = 2;
+/// Readers of one topic (actors, recorders, viewers). Memory is reserved for as many, but taken
+/// only as messages really wait.
+const READERS_MAX: usize = 32;
 /// Processes on one topic.
-const NODES_MAX: usize = 16;
+const NODES_MAX: usize = 32;
+/// Messages that a reader of the newest one has waiting: that one, and the one it overtakes.
+const NEWEST_DEPTH: usize = 2;
 /// Samples that a reader may hold at a time.
 const BORROWED_MAX: usize = 4;
+
+/// How much a reader lets pile up, and whether it minds what is overtaken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Depth {
+    waiting: usize,
+    is_complete: bool,
+}
+
+impl Depth {
+    /// Only the newest message counts; what it overtakes is counted, not queued.
+    pub const fn newest() -> Self {
+        Self { waiting: NEWEST_DEPTH, is_complete: false }
+    }
+
+    /// Every message counts, and so many may wait (at most the topic's `depth_max`); a gap is an
+    /// error in the log.
+    pub const fn all(waiting: usize) -> Self {
+        Self { waiting, is_complete: true }
+    }
+}
 
 /// What can be sent: plain records.
 pub trait Record: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static {}
@@ -90,26 +111,26 @@ impl Wakeups {
 }
 
 /// The writing end of a topic.
-pub struct Outbox<H: Header, R: Record> {
-    publisher: Arc<Publisher<Service, [R], H>>,
+pub struct Publisher<H: Header, R: Record> {
+    samples: Arc<SamplePublisher<Service, [R], H>>,
     notifier: Arc<Notifier<Service>>,
-    greeter: JoinHandle<()>,
+    handshakes: JoinHandle<()>,
     topic: &'static str,
 }
 
-impl<H: Header, R: Record> std::fmt::Debug for Outbox<H, R> {
+impl<H: Header, R: Record> std::fmt::Debug for Publisher<H, R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Outbox").field("topic", &self.topic).finish_non_exhaustive()
+        f.debug_struct("Publisher").field("topic", &self.topic).finish_non_exhaustive()
     }
 }
 
-impl<H: Header, R: Record> Drop for Outbox<H, R> {
+impl<H: Header, R: Record> Drop for Publisher<H, R> {
     fn drop(&mut self) {
-        self.greeter.abort();
+        self.handshakes.abort();
     }
 }
 
-impl<H: Header, R: Record> Outbox<H, R> {
+impl<H: Header, R: Record> Publisher<H, R> {
     pub(super) fn open(
         node: &Node<Service>,
         service: &str,
@@ -129,17 +150,18 @@ impl<H: Header, R: Record> Outbox<H, R> {
             .default_event_id(SENT)
             .create()
             .map_err(|e| fault(&e))?;
-        let greetings = events(node, &hello(service), topic)?
+        let joins = events(node, &late_joiners(service), topic)?
             .listener_builder()
             .create()
             .map_err(|e| fault(&e))?;
-        let greetings = Wakeups::new(greetings, topic)?;
+        let joins = Wakeups::new(joins, topic)?;
         let (publisher, notifier) = (Arc::new(publisher), Arc::new(notifier));
-        let greeter =
-            tokio::spawn(greet(greetings, Arc::downgrade(&publisher), Arc::downgrade(&notifier)));
-        // A reader that opened before this writer has said its hello already.
+        let (weak_publisher, weak_notifier) =
+            (Arc::downgrade(&publisher), Arc::downgrade(&notifier));
+        let handshakes = tokio::spawn(serve_late_joiners(joins, weak_publisher, weak_notifier));
+        // A reader that opened before this writer has announced itself already.
         connect(&publisher, &notifier, topic.name);
-        Ok(Self { publisher, notifier, greeter, topic: topic.name })
+        Ok(Self { samples: publisher, notifier, handshakes, topic: topic.name })
     }
 
     /// Sends one message: stamps the header and copies the records into shared memory.
@@ -151,7 +173,7 @@ impl<H: Header, R: Record> Outbox<H, R> {
             topic: self.topic,
             reason: format!("{e:?}"),
         };
-        let sample = self.publisher.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
+        let sample = self.samples.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
         let mut sample = sample.write_from_slice(records);
         header.set_send_ns(monotonic_ns());
         *sample.user_header_mut() = header;
@@ -161,22 +183,22 @@ impl<H: Header, R: Record> Outbox<H, R> {
     }
 }
 
-/// Hands late joiners what the topic keeps, whenever one says hello.
-async fn greet<H: Header, R: Record>(
-    greetings: Wakeups,
-    publisher: Weak<Publisher<Service, [R], H>>,
+/// Hands late joiners what the topic keeps, whenever one announces itself.
+async fn serve_late_joiners<H: Header, R: Record>(
+    joins: Wakeups,
+    publisher: Weak<SamplePublisher<Service, [R], H>>,
     notifier: Weak<Notifier<Service>>,
 ) {
-    while greetings.wait().await.is_ok() {
+    while joins.wait().await.is_ok() {
         let (Some(publisher), Some(notifier)) = (publisher.upgrade(), notifier.upgrade()) else {
             return;
         };
-        connect(&publisher, &notifier, greetings.topic);
+        connect(&publisher, &notifier, joins.topic);
     }
 }
 
 fn connect<H: Header, R: Record>(
-    publisher: &Publisher<Service, [R], H>,
+    publisher: &SamplePublisher<Service, [R], H>,
     notifier: &Notifier<Service>,
     topic: &'static str,
 ) {
@@ -214,47 +236,53 @@ pub struct Drops {
 }
 
 /// The reading end of a topic.
-pub struct Inbox<H: Header, R: Record> {
-    subscriber: Subscriber<Service, [R], H>,
+pub struct Subscriber<H: Header, R: Record> {
+    samples: SampleSubscriber<Service, [R], H>,
     wakeups: Wakeups,
     last: Option<(u128, u64)>,
     drops: Drops,
-    delivery: Delivery,
+    is_complete: bool,
 }
 
-impl<H: Header, R: Record> std::fmt::Debug for Inbox<H, R> {
+impl<H: Header, R: Record> std::fmt::Debug for Subscriber<H, R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Inbox")
+        f.debug_struct("Subscriber")
             .field("topic", &self.wakeups.topic)
             .field("drops", &self.drops)
             .finish_non_exhaustive()
     }
 }
 
-impl<H: Header, R: Record> Inbox<H, R> {
+impl<H: Header, R: Record> Subscriber<H, R> {
     pub(super) fn open(
         node: &Node<Service>,
         service: &str,
         topic: &Topic,
+        depth: Depth,
     ) -> Result<Self, TransportError> {
         let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+        let Depth { waiting, is_complete } = depth;
+        if waiting > topic.depth_max {
+            let (topic, depth_max) = (topic.name, topic.depth_max);
+            return Err(TransportError::Depth { topic, waiting, depth_max });
+        }
         // The listener comes first: a sample sent between the two has a wake-up waiting.
         let listener =
             events(node, service, topic)?.listener_builder().create().map_err(|e| fault(&e))?;
         let subscriber = samples::<H, R>(node, service, topic)?
             .subscriber_builder()
-            .buffer_size(topic.depth)
+            .buffer_size(waiting)
             .create()
             .map_err(|e| fault(&e))?;
-        let hello = events(node, &hello(service), topic)?
+        let join = events(node, &late_joiners(service), topic)?
             .notifier_builder()
-            .default_event_id(HELLO)
+            .default_event_id(JOINED)
             .create()
             .map_err(|e| fault(&e))?;
-        hello.notify().map_err(|e| fault(&e))?;
+        join.notify().map_err(|e| fault(&e))?;
         let wakeups = Wakeups::new(listener, topic)?;
         let (last, drops) = (None, Drops::default());
-        Ok(Self { subscriber, wakeups, last, drops, delivery: topic.delivery })
+        Ok(Self { samples: subscriber, wakeups, last, drops, is_complete })
     }
 
     /// Waits for a message and returns the newest one, counting what it overtook.
@@ -340,7 +368,7 @@ impl<H: Header, R: Record> Inbox<H, R> {
     /// # Errors
     /// [`TransportError::Receive`].
     pub fn poll_next(&mut self) -> Result<Option<Received<H, R>>, TransportError> {
-        while let Some(sample) = self.subscriber.receive().map_err(|e| self.wakeups.fault(&e))? {
+        while let Some(sample) = self.samples.receive().map_err(|e| self.wakeups.fault(&e))? {
             let writer = sample.header().publisher_id().value();
             let header = sample.user_header();
             if header.schema() != SCHEMA {
@@ -367,7 +395,7 @@ impl<H: Header, R: Record> Inbox<H, R> {
         {
             // Numbers are the writer's, and foreign writers may leap.
             self.drops.missed = self.drops.missed.saturating_add(missed);
-            if self.delivery == Delivery::Reliable {
+            if self.is_complete {
                 tracing::error!(topic = self.wakeups.topic, missed, "messages were lost");
             }
         }
@@ -388,10 +416,10 @@ fn samples<H: Header, R: Record>(
     node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
         .publish_subscribe::<[R]>()
         .user_header::<H>()
-        .max_publishers(WRITERS_MAX)
+        .max_publishers(topic.writers_max)
         .max_subscribers(READERS_MAX)
         .max_nodes(NODES_MAX)
-        .subscriber_max_buffer_size(topic.depth.max(topic.history))
+        .subscriber_max_buffer_size(topic.depth_max)
         .subscriber_max_borrowed_samples(BORROWED_MAX)
         .history_size(topic.history)
         .enable_safe_overflow(true)
@@ -403,8 +431,8 @@ fn events(node: &Node<Service>, service: &str, topic: &Topic) -> Result<Events, 
     let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
     node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
         .event()
-        .max_notifiers(READERS_MAX + WRITERS_MAX)
-        .max_listeners(READERS_MAX + WRITERS_MAX)
+        .max_notifiers(READERS_MAX + topic.writers_max)
+        .max_listeners(READERS_MAX + topic.writers_max)
         .max_nodes(NODES_MAX)
         .event_id_max_value(EVENT_ID_MAX)
         .notifier_created_event(EventId::new(1))
@@ -414,6 +442,6 @@ fn events(node: &Node<Service>, service: &str, topic: &Topic) -> Result<Events, 
         .map_err(|e| fault(&e))
 }
 
-fn hello(service: &str) -> String {
-    format!("{service}/hello")
+fn late_joiners(service: &str) -> String {
+    format!("{service}/late-joiners")
 }

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 
-use groundloop::executive::{Note, ReplanCause, Stop};
+use groundloop::messages::{Event, ReplanCause, Stop};
 use groundloop::run::{
     Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
 };
@@ -41,7 +41,7 @@ pub fn small(name: &str, sets: &[&str]) -> RunConfig {
 }
 
 /// What an episode told.
-pub type Notes = Arc<Mutex<Vec<Note>>>;
+pub type Notes = Arc<Mutex<Vec<Event>>>;
 
 /// An episode on a bus of its own; removes what the bus leaves behind.
 pub struct TestRun {
@@ -75,7 +75,7 @@ impl TestRun {
         let notes = Arc::clone(&self.notes);
         let options = EpisodeOptions {
             bus: self.bus("test"),
-            narrate: Arc::new(move |_, _, note: &Note| notes.lock().unwrap().push(note.clone())),
+            narrate: Arc::new(move |_, _, note: &Event| notes.lock().unwrap().push(note.clone())),
             stop: self.stop.subscribe(),
             snapshot: None,
         };
@@ -86,7 +86,7 @@ impl TestRun {
     pub fn replan_causes(&self) -> Vec<String> {
         let notes = self.notes.lock().unwrap();
         let causes = notes.iter().filter_map(|note| {
-            if let Note::Replan { causes, .. } = note { Some(causes) } else { None }
+            if let Event::Replan { causes, .. } = note { Some(causes) } else { None }
         });
         let deviations = causes.flatten().filter_map(|cause| match cause {
             ReplanCause::Deviation(deviation) => Some(deviation.to_string()),

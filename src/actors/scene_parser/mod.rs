@@ -25,13 +25,13 @@ use crate::transport::convert::{
     robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CAMERA_DEPTH, CAMERA_RGB, GOAL, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+    CAMERA_DEPTH, CAMERA_RGB, GOAL, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
 };
 use crate::transport::wire::{
     CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
     TaskHeader,
 };
-use crate::transport::{Bus, Inbox, Outbox, Received, Record, TransportError};
+use crate::transport::{Bus, Depth, Publisher, Received, Record, Subscriber, TransportError};
 
 /// Makes a detector, or says why it cannot be made.
 pub type MakeDetector = Arc<dyn Fn() -> Result<Box<dyn Detector>, String> + Send + Sync>;
@@ -87,13 +87,13 @@ pub struct Memory {
 }
 
 struct Ports {
-    rgb: Inbox<FrameHeader, u8>,
-    depth: Inbox<FrameHeader, u8>,
-    states: Inbox<DeviceHeader, RobotStateRecord>,
-    commands: Inbox<DeviceHeader, CommandRecord>,
-    statuses: Inbox<DeviceHeader, StatusRecord>,
-    goals: Inbox<TaskHeader, u8>,
-    scenes: Outbox<TaskHeader, SceneRecord>,
+    rgb: Subscriber<FrameHeader, u8>,
+    depth: Subscriber<FrameHeader, u8>,
+    states: Subscriber<DeviceHeader, RobotStateRecord>,
+    commands: Subscriber<DeviceHeader, CommandRecord>,
+    statuses: Subscriber<DeviceHeader, StatusRecord>,
+    goals: Subscriber<TaskHeader, u8>,
+    scenes: Publisher<TaskHeader, SceneRecord>,
 }
 
 /// Why a frame came to nothing.
@@ -125,13 +125,13 @@ impl From<DetectorError> for Rejection {
 pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let ports = Ports {
-        rgb: bus.inbox(&CAMERA_RGB)?,
-        depth: bus.inbox(&CAMERA_DEPTH)?,
-        states: bus.inbox(&ROBOT_STATE)?,
-        commands: bus.inbox(&ROBOT_COMMAND)?,
-        statuses: bus.inbox(&ROBOT_STATUS)?,
-        goals: bus.inbox(&GOAL)?,
-        scenes: bus.outbox(&SCENE)?,
+        rgb: bus.subscriber(&CAMERA_RGB, Depth::newest())?,
+        depth: bus.subscriber(&CAMERA_DEPTH, Depth::newest())?,
+        states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
+        commands: bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH))?,
+        statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
+        goals: bus.subscriber(&GOAL, Depth::newest())?,
+        scenes: bus.publisher(&SCENE)?,
     };
     if args.beside {
         Box::pin(beside::serve(&args, ports)).await
@@ -304,7 +304,7 @@ impl Ports {
 /// All waiting messages of a reliable topic that were not handled before: after a restart, the
 /// topic's history comes again. What does not convert is reported and left out.
 pub(super) fn fresh<R: Record, T>(
-    inbox: &mut Inbox<DeviceHeader, R>,
+    inbox: &mut Subscriber<DeviceHeader, R>,
     last: &mut Option<u64>,
     convert: fn(&DeviceHeader, &[R]) -> Result<T, WireError>,
 ) -> Result<Vec<T>, TransportError> {

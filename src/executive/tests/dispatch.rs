@@ -173,8 +173,8 @@ fn a_step_that_is_done_is_seen_to_be_done() {
         .plan(&["pick_up green_block arm"])
         .hear(&[StatusKind::Done]);
     let done =
-        |note: &Note| matches!(note, Note::Done { step: s, .. } if *s == step(STACK_ON_BLUE));
-    assert!(decision.notes.iter().any(done), "{:?}", decision.notes);
+        |event: &Event| matches!(event, Event::Done { step: s, .. } if *s == step(STACK_ON_BLUE));
+    assert!(decision.events.iter().any(done), "{:?}", decision.events);
     let outcome =
         StepOutcome { sequence: 1, step: step(STACK_ON_BLUE), succeeded: true, failures: 0 };
     assert_eq!(decision.outcomes, [outcome]);
@@ -256,10 +256,10 @@ fn a_change_from_outside_is_told_as_expected_and_seen() {
     episode.start("pick_up green_block arm");
     let decision = episode.see(&blocks(&[], None)).plan(&["pick_up blue_block arm"]).cycle();
     let told: Vec<String> = decision
-        .notes
+        .events
         .iter()
-        .filter_map(|note| {
-            let Note::Deviation(deviation) = note else { return None };
+        .filter_map(|event| {
+            let Event::Deviation(deviation) = event else { return None };
             Some(deviation.to_string())
         })
         .collect();
@@ -270,7 +270,7 @@ fn a_change_from_outside_is_told_as_expected_and_seen() {
         unknown: Vec::new(),
     });
     let old = Some(step("pick_up green_block arm"));
-    assert!(decision.notes.contains(&Note::Replan { causes: vec![cause], old }));
+    assert!(decision.events.contains(&Event::Replan { causes: vec![cause], old }));
     assert_eq!((decision.kind, episode.executive.counts.replans), (AnswerKind::Replan, 1));
 }
 
@@ -278,7 +278,7 @@ fn a_change_from_outside_is_told_as_expected_and_seen() {
 fn a_plan_that_changes_without_a_cause_is_no_replan() {
     let mut episode = stacking();
     let decision = episode.plan(&[STACK_ON_BLUE, PICK]).cycle();
-    assert!(decision.notes.iter().any(|n| matches!(n, Note::Plan { .. })));
+    assert!(decision.events.iter().any(|n| matches!(n, Event::Plan { .. })));
     assert_eq!((decision.kind, episode.executive.counts.replans), (AnswerKind::Continue, 0));
 }
 
@@ -290,6 +290,6 @@ fn a_failure_is_a_cause_of_the_next_plan_switch() {
     let decision = episode.plan(&["pick_up green_block arm"]).cycle();
     let cause = ReplanCause::Failure { step: step(PICK), reason: "it slipped".to_owned() };
     let old = Some(step(PICK));
-    assert!(decision.notes.contains(&Note::Replan { causes: vec![cause], old }), "{decision:?}");
+    assert!(decision.events.contains(&Event::Replan { causes: vec![cause], old }), "{decision:?}");
     assert_eq!(episode.executive.counts.replans, 1);
 }

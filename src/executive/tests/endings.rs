@@ -30,7 +30,7 @@ fn the_goal_is_reached_only_in_a_settled_scene_of_an_idle_robot() {
         let decision = episode.cycle();
         assert_eq!(decision.verdict, Some(Verdict::Reached));
         assert_eq!(decision.command.kind, CommandKind::Hold);
-        assert_eq!(decision.notes.last(), Some(&Note::End(Verdict::Reached)));
+        assert_eq!(decision.events.last(), Some(&Event::End(Verdict::Reached)));
     }
     assert_eq!(Verdict::Reached.exit_code(), 0);
 }
@@ -130,7 +130,7 @@ fn a_scene_that_is_carried_forward_is_not_another_look() {
         assert_eq!(episode.cycle().verdict, None);
         for _ in 0..9 {
             let decision = episode.carry(&[]);
-            assert_eq!((decision.verdict, decision.notes), (None, Vec::new()));
+            assert_eq!((decision.verdict, decision.events), (None, Vec::new()));
         }
     }
     check(&episode.cycle().verdict.unwrap(), "limits.looks_max", "the scene is not settled");

@@ -2,8 +2,8 @@
 
 mod dispatch;
 mod endings;
-mod late;
-mod looking;
+mod planner_timeouts;
+mod re_observing;
 mod property;
 
 use std::path::Path;
@@ -13,7 +13,7 @@ use nalgebra::Point3;
 use super::*;
 use crate::geometry::Aabb;
 use crate::logic::Truth;
-use crate::messages::{PlanVerdict, StatusKind};
+use crate::messages::{Deviation, PlanVerdict, StatusKind};
 use crate::pddl::Atom;
 use crate::run::{DomainFolder, load_run};
 use crate::scene::{Origin, SceneFact, SceneObject, Visibility};
@@ -206,12 +206,12 @@ fn started(decision: &Decision) -> Option<&str> {
 /// Why a decision waits, does not trust, or breaks off.
 fn reasons(decision: &Decision) -> Vec<&str> {
     decision
-        .notes
+        .events
         .iter()
-        .filter_map(|note| {
-            let (Note::Look { reason }
-            | Note::Cancel { reason, .. }
-            | Note::Failed { reason, .. }) = note
+        .filter_map(|event| {
+            let (Event::Look { reason }
+            | Event::Cancel { reason, .. }
+            | Event::Failed { reason, .. }) = event
             else {
                 return None;
             };

@@ -1,16 +1,16 @@
-//! Looking again: more frames from where the robot stands, then views that it makes free.
+//! Re-observation: more frames from where the robot stands, then views that it makes free.
 
 use nalgebra::Point3;
 
-use super::{Answer, Cycle, Executive, Note, Phase};
-use crate::messages::{CommandKind, Expect, Motion};
+use super::{Answer, Cycle, Executive, Phase};
+use crate::messages::{CommandKind, Event, Expect, Motion};
 use crate::pddl::Name;
 use crate::scene::Anomaly;
 use crate::skills::SkillContext;
 
 /// A motion of the tool for the sake of the camera's view.
 #[derive(Debug, Clone)]
-pub(super) struct Looking {
+pub(super) struct ReObserving {
     pub(super) command_id: u64,
     pub(super) started_ns: u64,
     /// What it is for.
@@ -22,7 +22,7 @@ pub(super) struct Looking {
 impl Executive {
     /// Looks again for a reason that another view may remove. The present view and each view pose
     /// of the robot have equal shares of `limits.looks_max` frames.
-    pub(super) fn look_around(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Answer {
+    pub(super) fn re_observe(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Answer {
         let answer = self.look(cycle, reason.to_owned());
         if matches!(answer, Answer::End(_)) {
             return answer;
@@ -47,23 +47,23 @@ impl Executive {
         let mut context = SkillContext::new(objects, config, robot, self.held.clone());
         let waypoints = context.approach(Point3::from(*pose), Expect::Anything).to_vec();
         self.last_command_id += 1;
-        self.phase = Phase::Looking(Looking {
+        self.phase = Phase::ReObserving(ReObserving {
             command_id: self.last_command_id,
             started_ns: cycle.input.now_ns,
             label: label.clone(),
             cancelled_ns: None,
         });
-        cycle.note(Note::Look { reason: format!("{label}: {reason}") });
+        cycle.event(Event::Look { reason: format!("{label}: {reason}") });
         Some(Answer::Command(CommandKind::Start(Motion { waypoints })))
     }
 
     /// Waits until a view pose is reached. One that takes too long is broken off: the frames from
     /// there are as good as any.
     pub(super) fn await_view(&mut self, cycle: &Cycle<'_>) -> Option<Answer> {
-        let Phase::Looking(looking) = &mut self.phase else { return None };
-        let seconds = cycle.input.now_ns.saturating_sub(looking.started_ns) as f64 / 1e9;
-        if looking.cancelled_ns.is_none() && seconds > cycle.config.limits.skill_timeout_s {
-            looking.cancelled_ns = Some(cycle.input.now_ns);
+        let Phase::ReObserving(re_observing) = &mut self.phase else { return None };
+        let seconds = cycle.input.now_ns.saturating_sub(re_observing.started_ns) as f64 / 1e9;
+        if re_observing.cancelled_ns.is_none() && seconds > cycle.config.limits.skill_timeout_s {
+            re_observing.cancelled_ns = Some(cycle.input.now_ns);
             return Some(Answer::Command(CommandKind::Cancel));
         }
         Some(Answer::Command(CommandKind::Continue))
@@ -72,29 +72,29 @@ impl Executive {
     /// Looks again while there are anomalies that concern what comes next. Doubts that stay after
     /// `limits.looks_max` frames are told and put up with: what depends on them is unknown, and
     /// nothing is done on unknown facts.
-    pub(super) fn look_into_doubts(
+    pub(super) fn re_observe_anomalies(
         &mut self,
         cycle: &mut Cycle<'_>,
         concerned: &[Name],
     ) -> Option<Answer> {
         let scene = cycle.input.scene;
-        self.put_up_with.retain(|anomaly| scene.anomalies.contains(anomaly));
+        self.accepted_anomalies.retain(|anomaly| scene.anomalies.contains(anomaly));
         let new: Vec<Anomaly> = relevant(&scene.anomalies, concerned)
-            .filter(|anomaly| !self.put_up_with.contains(*anomaly))
+            .filter(|anomaly| !self.accepted_anomalies.contains(*anomaly))
             .cloned()
             .collect();
         let first = new.first()?;
         if self.looks < cycle.config.limits.looks_max {
-            return Some(self.look_around(cycle, &first.to_string()));
+            return Some(self.re_observe(cycle, &first.to_string()));
         }
-        cycle.note(Note::Look { reason: format!("no more: there is still {first}") });
-        self.put_up_with.extend(new);
+        cycle.event(Event::Look { reason: format!("no more: there is still {first}") });
+        self.accepted_anomalies.extend(new);
         None
     }
 }
 
 /// Why something is not known, with the anomalies that concern it.
-pub(super) fn doubted(reason: String, anomalies: &[Anomaly], concerned: &[Name]) -> String {
+pub(super) fn with_anomalies(reason: String, anomalies: &[Anomaly], concerned: &[Name]) -> String {
     let anomalies: Vec<String> = relevant(anomalies, concerned).map(ToString::to_string).collect();
     if anomalies.is_empty() { reason } else { format!("{reason}: {}", anomalies.join(", ")) }
 }

@@ -1,12 +1,11 @@
 //! Plans that come too late: the planner met a budget, or its deadline, before it had an answer.
 
-use super::verdict::{Limit, Verdict};
-use super::{Answer, Cycle, Executive, Note, Phase};
-use crate::messages::{CommandKind, PlanVerdict};
+use super::{Answer, Cycle, Executive, Phase};
+use crate::messages::{CommandKind, Event, Limit, PlanVerdict, Verdict};
 
 /// How long there has been no plan in time.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Late {
+pub(super) struct PlannerTimeouts {
     /// Late plans in a row.
     n_plans: u32,
     /// The cycle of the newest of them.
@@ -15,13 +14,13 @@ pub(super) struct Late {
 
 impl Executive {
     /// Counts plans in a row that came too late; any other answer ends the row.
-    pub(super) fn count_late_plans(&mut self, cycle: &Cycle<'_>) {
+    pub(super) fn count_planner_timeouts(&mut self, cycle: &Cycle<'_>) {
         let plan = cycle.input.plan;
         if !matches!(plan.verdict, PlanVerdict::OutOfBudget { .. }) {
-            self.late = Late::default();
-        } else if self.late.cycle != Some(plan.cause.cycle) {
-            self.late.cycle = Some(plan.cause.cycle);
-            self.late.n_plans += 1;
+            self.planner_timeouts = PlannerTimeouts::default();
+        } else if self.planner_timeouts.cycle != Some(plan.cause.cycle) {
+            self.planner_timeouts.cycle = Some(plan.cause.cycle);
+            self.planner_timeouts.n_plans += 1;
         }
     }
 
@@ -30,19 +29,19 @@ impl Executive {
     /// up.
     pub(super) fn do_without_plan(&mut self, cycle: &mut Cycle<'_>, limit: &str) -> Answer {
         let late_plans_max = cycle.config.limits.late_plans_max;
-        if self.late.n_plans > late_plans_max {
+        if self.planner_timeouts.n_plans > late_plans_max {
             let detail = format!("no plan within {limit}, {late_plans_max} times in a row");
             return Answer::End(Verdict::GaveUp { limit: Limit::LatePlans, detail });
         }
-        if self.late.n_plans == 1 && cycle.is_new_frame {
-            cycle.note(Note::Look { reason: format!("the planner is late ({limit})") });
+        if self.planner_timeouts.n_plans == 1 && cycle.is_new_frame {
+            cycle.event(Event::Look { reason: format!("the planner is late ({limit})") });
         }
         match self.phase {
             Phase::Running(_) => match self.moved(cycle).filter(|_| cycle.is_settled()) {
                 Some(reason) => self.preempt(cycle, reason),
                 None => Answer::Command(CommandKind::Continue),
             },
-            Phase::Idle | Phase::Settling(_) | Phase::Looking(_) => {
+            Phase::Idle | Phase::VerifyingEffects(_) | Phase::ReObserving(_) => {
                 Answer::Command(CommandKind::Hold)
             }
         }

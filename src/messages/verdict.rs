@@ -118,3 +118,33 @@ impl fmt::Display for Verdict {
         write!(f, "{}: {}", self.word(), self.reason())
     }
 }
+
+/// Which kind of answer a frame got; latencies are kept apart by it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AnswerKind {
+    /// The frame changed nothing.
+    Continue,
+    /// A skill was started.
+    Dispatch,
+    /// The plan was switched, whether a skill was started or not.
+    Replan,
+}
+
+/// What is counted over an episode.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Cycles that were answered.
+    pub cycles: u64,
+    /// Plan switches with a cause.
+    pub replans: u64,
+    /// Steps that did what they were to do.
+    pub skills_done: u64,
+    /// Steps that did not.
+    pub skills_failed: u64,
+}
+
+impl From<Stop> for Verdict {
+    fn from(stop: Stop) -> Self {
+        Self::Stopped(stop)
+    }
+}

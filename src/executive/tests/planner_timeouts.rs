@@ -4,7 +4,7 @@ use super::*;
 
 const PICK: &str = "pick_up red_block arm";
 
-fn late() -> PlanVerdict {
+fn planner_timeouts() -> PlanVerdict {
     PlanVerdict::OutOfBudget { limit: "deadline_ms = 20".to_owned() }
 }
 
@@ -12,7 +12,7 @@ fn late() -> PlanVerdict {
 fn a_running_step_goes_on_without_a_plan_in_time() {
     let mut episode = Episode::new();
     episode.start(PICK);
-    episode.plan = late();
+    episode.plan = planner_timeouts();
     for _ in 0..episode.config.limits.late_plans_max {
         let decision = episode.cycle();
         assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
@@ -20,7 +20,7 @@ fn a_running_step_goes_on_without_a_plan_in_time() {
     }
     // A plan that comes in time ends the row.
     assert_eq!(episode.plan(&[PICK]).cycle().verdict, None);
-    episode.plan = late();
+    episode.plan = planner_timeouts();
     let decision = episode.cycle();
     assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
     episode.move_object("red_block", 0.1);
@@ -31,13 +31,13 @@ fn a_running_step_goes_on_without_a_plan_in_time() {
 fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
     let mut episode = Episode::new();
     episode.config.limits.late_plans_max = 3;
-    episode.plan = late();
+    episode.plan = planner_timeouts();
     let first = episode.cycle();
     assert_eq!((&first.command.kind, &first.verdict), (&CommandKind::Hold, &None));
     assert_eq!(reasons(&first), ["the planner is late (deadline_ms = 20)"]);
     for _ in 0..2 {
         let decision = episode.cycle();
-        assert_eq!(decision.notes, []);
+        assert_eq!(decision.events, []);
         assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Hold, None));
     }
     let last = episode.cycle();
@@ -50,7 +50,7 @@ fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
 #[test]
 fn a_late_plan_is_followed_by_the_next_one() {
     let mut episode = Episode::new();
-    episode.plan = late();
+    episode.plan = planner_timeouts();
     assert_eq!(episode.cycle().command.kind, CommandKind::Hold);
     episode.start(PICK);
 }

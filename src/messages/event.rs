@@ -1,11 +1,13 @@
 //! What people are told while an episode runs.
 
-use super::{Deviation, Verdict};
+use std::fmt;
+
+use super::Verdict;
 use crate::pddl::{Atom, Step};
 
 /// One thing worth telling.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Note {
+pub enum Event {
     /// The believed state has changed (or is known for the first time).
     State {
         /// All facts that hold.
@@ -82,11 +84,42 @@ pub enum ReplanCause {
     },
 }
 
-impl std::fmt::Display for ReplanCause {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for ReplanCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Deviation(deviation) => deviation.fmt(f),
             Self::Failure { step, reason } => write!(f, "{step} failed: {reason}"),
         }
+    }
+}
+
+/// Facts about the same objects that are not as expected.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Deviation {
+    /// Expected, but known not to hold.
+    pub missing: Vec<Atom>,
+    /// Not expected, but seen.
+    pub seen: Vec<Atom>,
+    /// Expected or not, now unknown.
+    pub unknown: Vec<Atom>,
+}
+
+impl fmt::Display for Deviation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list =
+            |atoms: &[Atom]| atoms.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
+        let mut parts = Vec::new();
+        if !self.missing.is_empty() {
+            parts.push(format!("expected {}", list(&self.missing)));
+        }
+        if !self.seen.is_empty() {
+            parts.push(format!("see {}", list(&self.seen)));
+        } else if !self.missing.is_empty() {
+            parts.push("see that it does not hold".to_owned());
+        }
+        if !self.unknown.is_empty() {
+            parts.push(format!("cannot tell {}", list(&self.unknown)));
+        }
+        f.write_str(&parts.join(", "))
     }
 }
