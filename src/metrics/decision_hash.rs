@@ -91,7 +91,7 @@ fn line(text: &mut String, words: std::fmt::Arguments<'_>) {
 
 fn encode_plan(text: &mut String, verdict: &PlanVerdict) {
     fn list<T: ToString>(items: &[T]) -> String {
-        items.iter().map(|item| format!(" {}", item.to_string())).collect()
+        items.iter().fold(String::new(), |text, item| text + " " + &item.to_string())
     }
     match verdict {
         PlanVerdict::Plan { steps, cost } => {
@@ -133,13 +133,13 @@ fn encode_command(text: &mut String, command: &Command) {
 fn encode_waypoint(text: &mut String, waypoint: &Waypoint) {
     let Waypoint { position, yaw_rad, opening_m, speed_m_s, expect, retractable } = waypoint;
     let numbers = [position.x, position.y, position.z, *yaw_rad, *opening_m, *speed_m_s];
-    let bits: String = numbers.iter().map(|x| format!("{:016x} ", x.to_bits())).collect();
+    let bits = numbers.map(|x| format!("{:016x}", x.to_bits())).join(" ");
     let expect = match expect {
         Expect::Anything => "any",
         Expect::Empty => "empty",
         Expect::Holding => "holding",
     };
-    line(text, format_args!("waypoint {bits}{expect} {retractable}"));
+    line(text, format_args!("waypoint {bits} {expect} {retractable}"));
 }
 
 fn truth_word(truth: Truth) -> &'static str {
