@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::drawables::Drawable;
 use crate::light::{self, Gamma};
 use crate::raster::{Face, Target, Vertex};
-use crate::render::{Tools, View};
 use crate::shadow::ShadowMap;
+use crate::view::{Tools, View};
 
 /// Linear surface colour of the table: charcoal.
 const TABLE: [f32; 3] = [0.098, 0.103, 0.113];

@@ -3,6 +3,9 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
+/// Steps of the physics in one simulated second.
+pub const STEPS_PER_SECOND: u64 = 240;
+
 /// Properties of a world that are not part of a scene. [`WorldConfig::tabletop`] is recommended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,13 +5,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::places::{Footprint, Obstacle, Places};
-use crate::world::{STEPS_PER_SECOND, World};
+use crate::push::Push;
+use crate::world::World;
 
-/// Steps between two pushes of one knock.
-const PUSH_STEPS: u64 = STEPS_PER_SECOND * 6 / 10;
-const PUSHES_MAX: u32 = 8;
-/// Speed that a push gives to 5 cm blocks, in metres per second; larger ones get more.
-const PUSH_SPEED_M_S: f64 = 0.62;
 /// Gap left below an object that is set down, in metres.
 const SET_DOWN_GAP_M: f64 = 0.0002;
 /// Distance of the gripper's axis from an object set down while the gripper is low, in metres.
@@ -106,19 +102,6 @@ pub enum FaultError {
     },
 }
 
-/// A push that is repeated until its object is off what it stood on.
-#[derive(Debug, Clone)]
-pub(crate) struct Push {
-    /// The object and what stands on it.
-    group: Vec<usize>,
-    /// What the object stood on.
-    from: usize,
-    direction: Vector3<f64>,
-    speed_m_s: f64,
-    n_left: u32,
-    steps_left: u64,
-}
-
 impl World {
     /// Lets a fault happen now and says what was done, for people.
     ///
@@ -140,27 +123,6 @@ impl World {
             }
             FaultAction::BesidePeg { object } => self.beside_peg(object),
         }
-    }
-
-    /// Repeats pushes that are due.
-    pub(crate) fn push(&mut self) {
-        let mut pushes = std::mem::take(&mut self.pushes);
-        for push in &mut pushes {
-            push.steps_left = push.steps_left.saturating_sub(1);
-            if push.steps_left > 0 {
-                continue;
-            }
-            let fallen =
-                push.group.first().is_none_or(|&idx| self.support(idx).on != Some(push.from));
-            push.n_left = if fallen { 0 } else { push.n_left - 1 };
-            if push.n_left > 0 {
-                push.steps_left = PUSH_STEPS;
-                push.speed_m_s *= 1.25;
-                self.kick_group(push);
-            }
-        }
-        pushes.retain(|push| push.n_left > 0);
-        self.pushes = pushes;
     }
 
     fn displace(&mut self, object: &str, to: Option<[f64; 2]>) -> Result<String, FaultError> {
@@ -187,14 +149,7 @@ impl World {
         let group = self.with_all_above(idx);
         let direction = self.roomiest_direction(idx, &group);
         let size_m = self.bodies[idx].spec.shape.size_m().x;
-        let push = Push {
-            group,
-            from,
-            direction,
-            speed_m_s: PUSH_SPEED_M_S * (size_m / 0.05).sqrt(),
-            n_left: PUSHES_MAX,
-            steps_left: PUSH_STEPS,
-        };
+        let push = Push::new(group, from, direction, size_m);
         self.kick_group(&push);
         let names: Vec<&str> = push.group.iter().map(|&idx| self.name(idx)).collect();
         let what = format!("knocked {} off {}", names.join(" and "), self.name(from));
@@ -299,12 +254,6 @@ impl World {
         let middle = Translation3::new(at_m[0], at_m[1], 0.5 * height_m + SET_DOWN_GAP_M);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
         self.put(idx, &Isometry3::from_parts(middle, turn));
-    }
-
-    fn kick_group(&mut self, push: &Push) {
-        for &idx in &push.group {
-            self.kick(idx, &(push.direction * push.speed_m_s));
-        }
     }
 
     /// The level direction in which the group would fall with most room around it, more to the

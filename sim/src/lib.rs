@@ -61,6 +61,7 @@ mod config;
 mod gripper;
 mod grasp;
 mod bodies;
+mod push;
 mod world;
 mod state;
 mod truth;
@@ -73,11 +74,12 @@ mod raster;
 mod shadow;
 mod noise;
 mod drawables;
+mod view;
 mod backdrop;
 mod render;
 
 pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, NoiseSpec};
-pub use config::WorldConfig;
+pub use config::{STEPS_PER_SECOND, WorldConfig};
 pub use drawables::GRIPPER_ID;
 pub use faults::{FaultAction, FaultError};
 pub use gripper::{
@@ -88,4 +90,4 @@ pub use render::{Frame, Renderer};
 pub use scene::{Arrangement, BODIES_MAX, BodySpec, FixedStack, FixedTower, SceneError, SceneSpec};
 pub use shape::{Colour, Shape};
 pub use truth::{BodyTruth, Truth};
-pub use world::{BodyView, STEPS_PER_SECOND, World};
+pub use world::{BodyView, World};

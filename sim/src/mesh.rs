@@ -160,6 +160,22 @@ fn peg(radius: f64, height: f64) -> Mesh {
     Mesh::turned(&outline, false, PEG_SEGMENTS)
 }
 
+/// Meshes that were needed so far.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Meshes(Vec<(Geometry, Mesh)>);
+
+impl Meshes {
+    /// The mesh of a geometry.
+    pub(crate) fn get(&mut self, geometry: &Geometry) -> &Mesh {
+        let found = self.0.iter().position(|(known, _)| known == geometry);
+        let idx = found.unwrap_or_else(|| {
+            self.0.push((*geometry, Mesh::of(geometry)));
+            self.0.len() - 1
+        });
+        &self.0[idx].1
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

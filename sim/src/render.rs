@@ -5,20 +5,17 @@
 //! and the fixed ones their shadows can reach, and noise. What is kept never changes the result: a
 //! frame is a pure function of world, camera and seed.
 
-use nalgebra::Isometry3;
-
 use crate::backdrop::Backdrop;
-use crate::camera::{CameraError, CameraSpec, Intrinsics};
+use crate::camera::{CameraError, CameraSpec};
 use crate::drawables::{self, Drawable};
-use crate::light::{Gamma, Light};
-use crate::mesh::{Geometry, Mesh};
+use crate::light::Gamma;
+use crate::mesh::{Mesh, Meshes};
 use crate::noise::Noise;
 use crate::raster::{self, Face, PixelBox, Target, Vertex};
 use crate::shadow::{ShadowMap, ShadowView};
+use crate::view::{Tools, View};
 use crate::world::World;
 
-/// Texels along each side of the shadow map, for one colour sample.
-const SHADOW_SIZE: usize = 512;
 /// A shadow's soft edge reaches this many pixels beyond its outline.
 const SHADOW_MARGIN: usize = 8;
 
@@ -47,22 +44,6 @@ pub struct Renderer {
     fine: Stage,
     fine_frame: Frame,
     noise: Option<Noise>,
-}
-
-/// Meshes that were needed so far.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Meshes(Vec<(Geometry, Mesh)>);
-
-impl Meshes {
-    /// The mesh of a geometry.
-    pub(crate) fn get(&mut self, geometry: &Geometry) -> &Mesh {
-        let found = self.0.iter().position(|(known, _)| known == geometry);
-        let idx = found.unwrap_or_else(|| {
-            self.0.push((*geometry, Mesh::of(geometry)));
-            self.0.len() - 1
-        });
-        &self.0[idx].1
-    }
 }
 
 impl Renderer {
@@ -127,45 +108,6 @@ impl Default for Renderer {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// A camera with its light at a resolution.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct View {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-    pub(crate) intrinsics: Intrinsics,
-    pub(crate) world_from_camera: Isometry3<f64>,
-    pub(crate) light: Light,
-    pub(crate) shadow_size: usize,
-}
-
-impl View {
-    /// The camera with `samples` samples along each side of its pixels.
-    fn of(camera: &CameraSpec, samples: u32) -> Self {
-        let k = camera.intrinsics();
-        let n = f64::from(samples);
-        let centre = |c: f64| n * c + 0.5 * (n - 1.0);
-        Self {
-            width: (camera.width * samples) as usize,
-            height: (camera.height * samples) as usize,
-            intrinsics: Intrinsics {
-                fx: n * k.fx,
-                fy: n * k.fy,
-                cx: centre(k.cx),
-                cy: centre(k.cy),
-            },
-            world_from_camera: camera.world_from_camera(),
-            light: Light::of(&camera.light),
-            shadow_size: SHADOW_SIZE * if samples > 1 { 2 } else { 1 },
-        }
-    }
-}
-
-/// What every stage needs.
-pub(crate) struct Tools<'a> {
-    pub(crate) gamma: &'a Gamma,
-    pub(crate) meshes: &'a mut Meshes,
 }
 
 /// Drawing at one resolution.

@@ -8,17 +8,14 @@ use rapier3d::prelude::{
 };
 
 use crate::bodies;
-use crate::config::WorldConfig;
+use crate::config::{STEPS_PER_SECOND, WorldConfig};
 use crate::convert;
-use crate::faults::Push;
 use crate::grasp::{self, Span};
 use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
 use crate::layout;
+use crate::push::Push;
 use crate::random::Random;
 use crate::scene::{BodySpec, SceneError, SceneSpec};
-
-/// Steps of the physics in one simulated second.
-pub const STEPS_PER_SECOND: u64 = 240;
 
 const DT: f64 = 1.0 / STEPS_PER_SECOND as f64;
 const SOLVER_ITERATIONS: usize = 4;
@@ -225,8 +222,28 @@ impl World {
         self.physics.wake_up_all(true);
     }
 
+    /// Repeats pushes that are due.
+    fn push(&mut self) {
+        let mut pushes = std::mem::take(&mut self.pushes);
+        for push in pushes.iter_mut().filter_map(|push| push.step().then_some(push)) {
+            let on = push.group.first().and_then(|&idx| self.support(idx).on);
+            if push.renew(on) {
+                self.kick_group(push);
+            }
+        }
+        pushes.retain(|push| !push.is_done());
+        self.pushes = pushes;
+    }
+
+    /// Gives a push to all its bodies.
+    pub(crate) fn kick_group(&mut self, push: &Push) {
+        for &idx in &push.group {
+            self.kick(idx, &push.change_m_s());
+        }
+    }
+
     /// Gives a body a push that changes its speed by `change_m_s`.
-    pub(crate) fn kick(&mut self, idx: usize, change_m_s: &Vector3<f64>) {
+    fn kick(&mut self, idx: usize, change_m_s: &Vector3<f64>) {
         if let Some(body) = self.physics.bodies.get_mut(self.bodies[idx].handle) {
             let impulse = convert::vector(change_m_s) * body.mass();
             body.apply_impulse(impulse, true);
