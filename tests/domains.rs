@@ -14,7 +14,7 @@ use groundloop::goals::{GoalObject, GoalSettings};
 use groundloop::logic::Truth;
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::perception::model::Exemplar;
-use groundloop::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image};
+use groundloop::perception::{Grip, GroundedImage, ImageView, ground_image};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use image::RgbImage;
@@ -135,12 +135,7 @@ fn look(
 ) -> GroundedImage {
     let mut detector = folder.detector("colour", (None, Path::new("")), examples).unwrap();
     let grounder = folder.grounder("s2s", examples).unwrap();
-    let pipeline = Pipeline {
-        domain: &folder.domain,
-        perception: &folder.perception,
-        rules: &folder.rules,
-        grounder: &*grounder,
-    };
+    let pipeline = folder.pipeline(&*grounder);
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let view = ImageView::new(width, height, picture.as_raw()).unwrap();
     ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty).unwrap()
@@ -156,16 +151,16 @@ fn labelled_images_give_their_labelled_objects_and_facts() {
                 let seen = look(&folder, &examples, picture);
                 let shown = in_project(Path::new(&example.name));
                 let found = |name: &Name, labelled: &PixelBox| {
-                    let boxes = seen.boxes.iter().filter(|b| b.name == *name);
+                    let boxes = seen.named.boxes.iter().filter(|b| b.name == *name);
                     boxes.map(|b| b.pixel_box.iou(labelled)).fold(0.0, f64::max) > 0.4
                 };
                 let missed = example.objects.iter().filter(|o| !found(&o.name, &o.pixel_box));
                 faults.extend(missed.map(|o| format!("{shown}: {} is not seen", o.name)));
                 let known = |name: &Name| example.objects.iter().any(|o| o.name == *name);
-                let invented = seen.boxes.iter().filter(|b| !known(&b.name));
+                let invented = seen.named.boxes.iter().filter(|b| !known(&b.name));
                 faults.extend(invented.map(|b| format!("{shown}: {} is not there", b.name)));
                 let expected = observed(&folder, &example.init);
-                let judged = observed(&folder, &seen.facts.known);
+                let judged = observed(&folder, &seen.state.facts.known);
                 let unlike = expected.symmetric_difference(&judged);
                 faults.extend(unlike.map(|atom| format!("{shown}: {atom} is missed or wrong")));
             }

@@ -11,7 +11,7 @@ use std::path::Path;
 use common::{Process, project, runtime};
 use groundloop::http::WebError;
 use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
-use groundloop::perception::{ImageView, Sighted, name_detections};
+use groundloop::perception::{Detections, ImageView, name_detections};
 use groundloop::run::DomainFolder;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
@@ -49,7 +49,7 @@ fn build(options: &str) -> Result<Box<dyn Detector>, DetectorError> {
     })
 }
 
-fn look(options: &str, phrases: &[&str]) -> Result<Sighted, DetectorError> {
+fn look(options: &str, phrases: &[&str]) -> Result<Detections, DetectorError> {
     let rgb = frame();
     let image = ImageView::new(WIDTH, HEIGHT, &rgb).unwrap();
     let phrases: Vec<String> = phrases.iter().map(ToString::to_string).collect();
@@ -101,13 +101,13 @@ fn ok(body: &Value) -> ResponseTemplate {
 }
 
 /// Names and boxes, in the detector's order.
-fn seen(sighted: &Sighted) -> Vec<(String, [f64; 4])> {
+fn seen(detections: &Detections) -> Vec<(String, [f64; 4])> {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
-    let names = name_detections(&folder.perception, &sighted.objects);
+    let names = name_detections(&folder.perception, &detections.objects);
     names
         .iter()
         .map(ToString::to_string)
-        .zip(sighted.objects.iter().map(|d| d.pixel_box.into()))
+        .zip(detections.objects.iter().map(|d| d.pixel_box.into()))
         .collect()
 }
 
@@ -140,9 +140,9 @@ fn hugging_face_gives_edges() {
     ]);
     let authorised = header("authorization", format!("Bearer {KEY}").as_str());
     service.mount(Mock::given(method("POST")).and(authorised).respond_with(ok(&answer)));
-    let sighted = look(&service.options("hugging_face"), &[]).unwrap();
-    assert_eq!(seen(&sighted), two_blocks());
-    assert_eq!(sighted.objects[0].score, 0.9);
+    let detections = look(&service.options("hugging_face"), &[]).unwrap();
+    assert_eq!(seen(&detections), two_blocks());
+    assert_eq!(detections.objects[0].score, 0.9);
     let asked = service.asked();
     assert_eq!(asked["parameters"], json!({"candidate_labels": ["colored block"]}));
     is_the_frame(asked["inputs"].as_str().unwrap());
@@ -159,8 +159,8 @@ fn roboflow_gives_the_middle_and_the_size() {
     let mock = Mock::given(path("/grounding_dino/infer"))
         .and(body_partial_json(json!({"text": ["colored block"], "api_key": KEY})));
     service.mount(mock.respond_with(ok(&answer)));
-    let sighted = look(&service.options("roboflow"), &[]).unwrap();
-    assert_eq!(seen(&sighted), two_blocks());
+    let detections = look(&service.options("roboflow"), &[]).unwrap();
+    assert_eq!(seen(&detections), two_blocks());
     is_the_frame(service.asked()["image"]["value"].as_str().unwrap());
 }
 
@@ -192,9 +192,9 @@ fn dino_x_gives_edges_once_its_task_is_done() {
     ]);
     let done = json!({"code": 0, "data": {"status": "success", "result": {"objects": objects}}});
     let (service, options) = dinox(&done, 3);
-    let sighted = look(&options, &[]).unwrap();
-    assert_eq!(seen(&sighted), two_blocks());
-    assert_eq!(sighted.objects[1].score, 1.0, "without a score it counts fully");
+    let detections = look(&options, &[]).unwrap();
+    assert_eq!(seen(&detections), two_blocks());
+    assert_eq!(detections.objects[1].score, 1.0, "without a score it counts fully");
     let asked = service.asked();
     assert_eq!(asked["prompt"], json!({"type": "text", "text": "colored block"}));
     let image = asked["image"].as_str().unwrap();
@@ -235,9 +235,9 @@ fn phrases_are_asked_for_by_themselves() {
         let body = json!({"parameters": {"candidate_labels": queries}});
         service.mount(Mock::given(body_partial_json(body)).respond_with(ok(&answer)));
     }
-    let sighted = look(&service.options("hugging_face"), &["my cup", "left tray"]).unwrap();
-    assert_eq!(seen(&sighted), two_blocks()[..1]);
-    let [place] = sighted.phrases.as_slice() else { panic!("{sighted:?}") };
+    let detections = look(&service.options("hugging_face"), &["my cup", "left tray"]).unwrap();
+    assert_eq!(seen(&detections), two_blocks()[..1]);
+    let [place] = detections.phrases.as_slice() else { panic!("{detections:?}") };
     assert_eq!((place.phrase.as_str(), place.score), ("left tray", 0.6));
     assert_eq!(<[f64; 4]>::from(place.pixel_box), [100.0, 20.0, 140.0, 50.0]);
 }
@@ -258,9 +258,9 @@ fn boxes_are_clipped_or_dropped() {
         {"label": "colored block", "score": "high", "box": edges(1.0, 1.0, 9.0, 9.0)},
         7,
     ]);
-    let sighted = look(&Service::answering(ok(&answer)).1, &[]).unwrap();
-    assert_eq!(seen(&sighted), [("red_block".to_owned(), [0.0, 20.0, 50.0, 50.0])]);
-    assert_eq!(sighted.objects[0].score, 1.0);
+    let detections = look(&Service::answering(ok(&answer)).1, &[]).unwrap();
+    assert_eq!(seen(&detections), [("red_block".to_owned(), [0.0, 20.0, 50.0, 50.0])]);
+    assert_eq!(detections.objects[0].score, 1.0);
 }
 
 // ── failures ────────────────────────────────────────────────────────────────────────────────────
@@ -311,7 +311,7 @@ fn a_busy_service_is_asked_again_when_it_says() {
     let busy = ResponseTemplate::new(429).insert_header("Retry-After", "0");
     service.mount(Mock::given(method("POST")).respond_with(busy).up_to_n_times(2));
     service.mount(Mock::given(method("POST")).respond_with(ok(&json!([]))));
-    assert_eq!(look(&service.options("hugging_face"), &[]).unwrap(), Sighted::default());
+    assert_eq!(look(&service.options("hugging_face"), &[]).unwrap(), Detections::default());
     assert_eq!(service.n_requests(), 3);
 }
 

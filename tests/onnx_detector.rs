@@ -150,11 +150,11 @@ mod with_runtime {
         let image = ImageView::new(16, 32, &picture).unwrap();
         let mut detector = detector(description, &tiny_model()).unwrap();
         assert!(detector.is_slow());
-        let sighted = detector.detect(&image, &["the blue one".to_owned()]).unwrap();
-        assert!(sighted.phrases.is_empty());
+        let detections = detector.detect(&image, &["the blue one".to_owned()]).unwrap();
+        assert!(detections.phrases.is_empty());
         let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
-        let names = name_detections(&folder.perception, &sighted.objects);
-        let objects = names.iter().zip(&sighted.objects);
+        let names = name_detections(&folder.perception, &detections.objects);
+        let objects = names.iter().zip(&detections.objects);
         objects.map(|(name, d)| (name.to_string(), d.pixel_box, d.score)).collect()
     }
 

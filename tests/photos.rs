@@ -94,10 +94,10 @@ fn box_faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
     let truth = &test.exemplar.objects;
     let found = |o: &&ObjectBox| {
         let here = |b: &&ObjectBox| b.pixel_box.iou(&o.pixel_box) >= 0.5;
-        seen.boxes.iter().filter(|b| b.name == o.name).any(|b| here(&b))
+        seen.named.boxes.iter().filter(|b| b.name == o.name).any(|b| here(&b))
     };
     let missed = truth.iter().filter(|o| !found(o));
-    let invented = seen.boxes.iter().filter(|b| truth.iter().all(|o| o.name != b.name));
+    let invented = seen.named.boxes.iter().filter(|b| truth.iter().all(|o| o.name != b.name));
     missed
         .map(|o| format!("{} is not seen where it is", o.name))
         .chain(invented.map(|b| format!("{} is not there: {:?}", b.name, b.pixel_box)))
@@ -113,8 +113,8 @@ fn state_faults(test: &Labelled, seen: &GroundedImage) -> Vec<String> {
         args: atom.args.iter().map(own).collect(),
     };
     let expected: BTreeSet<Atom> = test.state.init.iter().map(renamed).collect();
-    let missed = expected.difference(&seen.facts.known).map(|a| format!("{a} is missed"));
-    let wrong = seen.facts.known.difference(&expected).map(|a| format!("{a} is wrong"));
+    let missed = expected.difference(&seen.state.facts.known).map(|a| format!("{a} is missed"));
+    let wrong = seen.state.facts.known.difference(&expected).map(|a| format!("{a} is wrong"));
     missed.chain(wrong).collect()
 }
 
@@ -189,7 +189,7 @@ fn recorded_boxes(recorded: &Path, pair: &str, domain: &Domain) -> Vec<ObjectBox
     let objects = stub_objects(&stub, domain).into_iter().filter_map(|typed| {
         let pixel_box = *boxes.get(&typed.name)?;
         let type_name = typed.types[0].clone();
-        Some(ObjectBox { name: typed.name, type_name, pixel_box, volume: None, mask: None })
+        Some(ObjectBox::new(typed.name, type_name, pixel_box))
     });
     objects.collect()
 }

@@ -14,7 +14,7 @@ use groundloop::geometry::PixelBox;
 use groundloop::perception::detectors::{Detector, DetectorError};
 use groundloop::perception::model::ObjectBox;
 use groundloop::perception::tracking::{BeliefConfig, ParserConfig};
-use groundloop::perception::{Detection, ImageView, Sighted};
+use groundloop::perception::{Detection, Detections, ImageView};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use groundloop::scene::Scene;
 use groundloop::transport::convert::{WireContext, scene_from_wire};
@@ -46,20 +46,17 @@ impl Detector for Gated {
         Ok(())
     }
 
-    fn detect(&mut self, image: &ImageView<'_>, _: &[String]) -> Result<Sighted, DetectorError> {
+    fn detect(&mut self, image: &ImageView<'_>, _: &[String]) -> Result<Detections, DetectorError> {
         self.started.blocking_send(image.rgb()[0]).unwrap();
         let go = self.gate.lock().unwrap().recv().unwrap();
         match go {
             Go::See(x) => {
-                let red = Detection {
-                    name: None,
-                    type_name: "block".into(),
-                    label: "red".into(),
-                    pixel_box: PixelBox::from([x, 100.0, x + 20.0, 120.0]),
-                    score: 1.0,
-                    mask: Vec::new(),
-                };
-                Ok(Sighted { objects: vec![red], phrases: Vec::new() })
+                let red = Detection::new(
+                    "block".into(),
+                    "red".into(),
+                    PixelBox::from([x, 100.0, x + 20.0, 120.0]),
+                );
+                Ok(Detections { objects: vec![red], phrases: Vec::new() })
             }
             Go::Fail => {
                 let (what, how) = ("the eye".to_owned(), "buy one".to_owned());

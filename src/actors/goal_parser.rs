@@ -5,8 +5,7 @@ use std::sync::Arc;
 use super::{ActorError, Chaos, Checkpoint, Fatal};
 use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
 use crate::messages::GoalMessage;
-use crate::pddl::{Condition, Name};
-use crate::perception::label_of;
+use crate::pddl::Condition;
 use crate::perception::model::Perception;
 use crate::scene::Scene;
 use crate::transport::convert::{WireContext, goal_to_wire, scene_from_wire};
@@ -68,16 +67,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
 
 /// Asks the source; `None` when another look may help.
 async fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, ActorError> {
-    let objects: Vec<GoalObject> = scene
-        .objects
-        .iter()
-        .map(|object| GoalObject {
-            name: object.name.clone(),
-            type_name: object.type_name.clone(),
-            colour: colour_of(&args.perception, object),
-            pixel_box: object.pixel_box,
-        })
-        .collect();
+    let objects = GoalObject::of_scene(&args.perception, scene);
     // An answer before the scene has settled could mistake objects for missing ones.
     let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
     let read = if args.source.is_quick() {
@@ -120,9 +110,4 @@ async fn read_apart(
     let thread = std::thread::Builder::new().name("goal".to_owned()).spawn(work);
     thread.map_err(|e| part(e.to_string()))?;
     receiver.await.map_err(|e| part(format!("reading the goal: {e}")))
-}
-
-fn colour_of(perception: &Perception, object: &crate::scene::SceneObject) -> Option<Name> {
-    let spec = perception.type_spec(&object.type_name)?;
-    label_of(spec, &object.name).cloned()
 }

@@ -9,7 +9,6 @@ use super::{Failure, out};
 use crate::geometry::PixelBox;
 use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal, Referent};
 use crate::pddl::{Name, SourceText, parse_problem};
-use crate::perception::{GroundedImage, label_of};
 use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
@@ -47,14 +46,14 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             let forms = "name:type or name:type@x1,y1,x2,y2";
             Failure::bad_input(format!("--objects: expected {forms}, got {text}"))
         })?;
-        objects.push(seen_object(&folder, name, type_name, pixel_box));
+        objects.push(GoalObject::new(&folder.perception, name, type_name, pixel_box));
     }
     if let Some(path) = &args.problem {
         let source = SourceText { name: path.display().to_string(), text: read_text(path)? };
         let problem = parse_problem(&source, &folder.domain)?.value;
         let typed = problem.objects.into_iter().filter_map(|typed| {
             let type_name = typed.types.first()?.clone();
-            Some(seen_object(&folder, typed.name, type_name, None))
+            Some(GoalObject::new(&folder.perception, typed.name, type_name, None))
         });
         objects.extend(typed);
     }
@@ -78,32 +77,6 @@ pub(super) fn read_options(path: Option<&Path>) -> Result<(Option<toml::Table>, 
         ConfigError::Toml { path: path.display().to_string(), message: e.to_string() }
     })?;
     Ok((Some(table), path.parent().unwrap_or(Path::new("")).to_owned()))
-}
-
-/// What an image shows, as a goal may speak of it.
-pub(super) fn seen_objects(folder: &DomainFolder, grounded: &GroundedImage) -> Vec<GoalObject> {
-    let seen = grounded
-        .boxes
-        .iter()
-        .map(|b| seen_object(folder, b.name.clone(), b.type_name.clone(), Some(b.pixel_box)));
-    let implied = folder.perception.implied.iter().map(|i| GoalObject {
-        name: i.name.clone(),
-        type_name: i.type_name.clone(),
-        colour: None,
-        pixel_box: None,
-    });
-    seen.chain(implied).collect()
-}
-
-fn seen_object(
-    folder: &DomainFolder,
-    name: Name,
-    type_name: Name,
-    pixel_box: Option<PixelBox>,
-) -> GoalObject {
-    let spec = folder.perception.type_spec(&type_name);
-    let colour = spec.and_then(|spec| label_of(spec, &name).cloned());
-    GoalObject { name, type_name, colour, pixel_box }
 }
 
 /// `name:type` or `name:type@x1,y1,x2,y2`.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::goal::{read_options, seen_objects};
+use super::goal::read_options;
 use super::{Failure, exit, out};
-use crate::goals::{self, GoalSettings, ParsedGoal};
+use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal};
 use crate::pddl::Atom;
-use crate::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image, phrase_of_name};
+use crate::perception::{Grip, GroundedImage, ImageView, ground_image, phrase_of_name};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
 use crate::run::{ConfigError, DomainFolder, Eye, environment, exemplar_from_files, read_image};
 
@@ -83,12 +83,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let (options, base) = read_options(args.detector_options.as_deref())?;
     let mut detector = folder.detector(&args.detector, (options.as_ref(), &base), &examples)?;
     let grounder = folder.grounder(&args.grounder, &examples)?;
-    let pipeline = Pipeline {
-        domain: &folder.domain,
-        perception: &folder.perception,
-        rules: &folder.rules,
-        grounder: &*grounder,
-    };
+    let pipeline = folder.pipeline(&*grounder);
     let view = ImageView::new(width as usize, height as usize, picture.as_raw())
         .map_err(Failure::bad_input)?;
     let grounded = ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)
@@ -106,8 +101,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let phrases: Vec<String> = goal.expected.iter().map(|e| phrase_of_name(&e.name)).collect();
         grounded = ground_image(&pipeline, &mut *detector, &view, &phrases, &Grip::Empty)
             .map_err(ConfigError::from)?;
-        goal.expected.retain(|e| grounded.objects.iter().all(|seen| seen.name != e.name));
-        grounded.unplaced.iter().for_each(|reason| out::note(&format!("phrase {reason}")));
+        goal.expected.retain(|e| grounded.state.objects.iter().all(|seen| seen.name != e.name));
+        grounded.named.unplaced.iter().for_each(|reason| out::note(&format!("phrase {reason}")));
     }
     let outcome = goal.as_ref().map(|goal| solve(&folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;
@@ -145,7 +140,8 @@ fn read_goal(
         ..GoalSettings::new(origin, &text, folder.language.clone())
     };
     let source = goals::build(args.goal_kind.as_deref().unwrap_or(kind), &settings)?;
-    Ok(Some(source.read(&folder.domain, &seen_objects(folder, grounded))?))
+    let objects = GoalObject::of_image(&folder.perception, &grounded.named.boxes);
+    Ok(Some(source.read(&folder.domain, &objects)?))
 }
 
 fn solve(
@@ -159,8 +155,8 @@ fn solve(
     }
     let costs = std::collections::BTreeMap::new();
     let request = PlanRequest {
-        objects: &grounded.objects,
-        init: &grounded.facts.known,
+        objects: &grounded.state.objects,
+        init: &grounded.state.facts.known,
         goal: &goal.goal,
         costs: &costs,
         minimise_cost: false,
@@ -182,12 +178,13 @@ fn report(
         None
     };
     let anomalies: Vec<String> =
-        grounded.grounding.anomalies.iter().map(ToString::to_string).collect();
+        grounded.state.grounding.anomalies.iter().map(ToString::to_string).collect();
     if args.json {
         let objects: Vec<Value> = grounded
+            .named
             .boxes
             .iter()
-            .zip(&grounded.detections)
+            .zip(&grounded.named.detections.objects)
             .map(|(object, detection)| {
                 json!({
                     "name": object.name,
@@ -199,20 +196,20 @@ fn report(
             .collect();
         return out::json(&json!({
             "objects": objects,
-            "facts": lists(&grounded.facts.known),
-            "unknown": lists(&grounded.facts.unknown),
+            "facts": lists(&grounded.state.facts.known),
+            "unknown": lists(&grounded.state.facts.unknown),
             "anomalies": anomalies,
             "goal": goal_text,
             "plan": steps,
         }));
     }
-    for object in &grounded.boxes {
+    for object in &grounded.named.boxes {
         let [x1, y1, x2, y2]: [f64; 4] = object.pixel_box.into();
         let place = format!("{x1:.0} {y1:.0} {x2:.0} {y2:.0}");
         out::line(&format!("object  {:20} {:8} {place}", object.name, object.type_name));
     }
-    grounded.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
-    grounded.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
+    grounded.state.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
+    grounded.state.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
     for anomaly in &anomalies {
         out::line(&format!("anomaly   {anomaly}"));
     }

@@ -15,7 +15,7 @@ use crate::pddl::{Atom, Name};
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::{Grounder as _, S2s};
 use crate::perception::model::{Exemplar, Exemplars, ObjectBox, Perception};
-use crate::perception::{DepthView, ImageView, volume_of};
+use crate::perception::{DepthView, FrameView, ImageView, lift_detections};
 use crate::run::{ConfigError, DomainFolder, RunConfig};
 
 /// The scene below a domain's folder that is looked at, with one arrangement for each seed.
@@ -225,20 +225,12 @@ impl<'a> SetUp<'a> {
             ImageView::new(width, height, look.image.as_raw()).map_err(|e| fault(e.to_string()))?;
         let depth =
             DepthView::new(width, height, &look.depth_m).map_err(|e| fault(e.to_string()))?;
-        let detections = self.detector.detect(&view, &[])?.objects;
-        let objects = detections.into_iter().enumerate().map(|(i, detection)| {
-            let rule = self.perception.type_spec(&detection.type_name).map(|spec| spec.depth);
-            let rule = rule.unwrap_or_default();
-            let measured = volume_of(&detection, &depth, &look.model, rule);
-            ObjectBox {
-                name: Name::new(format!("unknown{i}")),
-                type_name: detection.type_name,
-                pixel_box: detection.pixel_box,
-                volume: measured.map(|measured| measured.volume),
-                mask: Some(detection.mask.into()),
-            }
-        });
-        let mut objects: Vec<ObjectBox> = objects.collect();
+        let mut detections = self.detector.detect(&view, &[])?.objects;
+        let frame = FrameView { image: Some(view), depth: Some(depth), camera: Some(&look.model) };
+        lift_detections(self.perception, &frame, &mut detections);
+        let nameless = detections.iter().enumerate();
+        let mut objects: Vec<ObjectBox> =
+            nameless.map(|(i, d)| d.object(Name::new(format!("unknown{i}")))).collect();
         for labelled in &look.objects {
             let iou = |o: &ObjectBox| o.pixel_box.iou(&labelled.pixel_box);
             let same = objects.iter_mut().filter(|o| o.type_name == labelled.type_name);

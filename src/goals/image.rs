@@ -17,7 +17,7 @@ use serde::Deserialize;
 use super::language::Never;
 use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
-use crate::perception::GroundedImage;
+use crate::perception::State;
 
 /// The options, as written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
@@ -33,7 +33,7 @@ struct Options {
 #[derive(Debug)]
 struct GoalImage {
     path: String,
-    shown: GroundedImage,
+    shown: State,
     predicates: Predicates,
     nevers: Vec<Never>,
 }
@@ -61,7 +61,7 @@ pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalErr
     let (Some(look), Some(perception)) = (&settings.look, settings.perception) else {
         return Err(fault("there is no detector with labelled examples to read it".to_owned()));
     };
-    let shown = look(&path).map_err(fault)?;
+    let shown = look(&path).map_err(fault)?.state;
     let observed = || perception.observed.iter().map(|spec| spec.predicate.clone()).collect();
     let predicates =
         options.predicates.map_or_else(|| Predicates::Observed(observed()), Predicates::Chosen);

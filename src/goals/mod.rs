@@ -20,8 +20,9 @@ pub use repair::{Conflict, Repaired, repaired};
 
 use crate::geometry::PixelBox;
 use crate::pddl::{Condition, Domain, Name, Typed};
-use crate::perception::GroundedImage;
-use crate::perception::model::Perception;
+use crate::perception::model::{ObjectBox, Perception};
+use crate::perception::{GroundedImage, label_of};
+use crate::scene::{Scene, SceneObject};
 
 /// One object that a goal may speak of.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +35,38 @@ pub struct GoalObject {
     pub colour: Option<Name>,
     /// Where it is in the image; words such as "rightmost" are resolved over these boxes.
     pub pixel_box: Option<PixelBox>,
+}
+
+impl GoalObject {
+    /// An object whose name may tell its colour, by the rules of its type.
+    pub fn new(
+        perception: &Perception,
+        name: Name,
+        type_name: Name,
+        pixel_box: Option<PixelBox>,
+    ) -> Self {
+        let spec = perception.type_spec(&type_name);
+        let colour = spec.and_then(|spec| label_of(spec, &name).cloned());
+        Self { name, type_name, colour, pixel_box }
+    }
+
+    /// What an image shows, and what is there without being seen.
+    pub fn of_image(perception: &Perception, seen: &[ObjectBox]) -> Vec<Self> {
+        let seen = seen.iter().map(|o| (&o.name, &o.type_name, Some(o.pixel_box)));
+        let implied = perception.implied.iter().map(|o| (&o.name, &o.type_name, None));
+        let new = |(name, type_name, pixel_box): (&Name, &Name, _)| {
+            Self::new(perception, name.clone(), type_name.clone(), pixel_box)
+        };
+        seen.chain(implied).map(new).collect()
+    }
+
+    /// What a scene knows.
+    pub fn of_scene(perception: &Perception, scene: &Scene) -> Vec<Self> {
+        let new = |o: &SceneObject| {
+            Self::new(perception, o.name.clone(), o.type_name.clone(), o.pixel_box)
+        };
+        scene.objects.iter().map(new).collect()
+    }
 }
 
 /// What a phrase of the goal stands for.

@@ -1,13 +1,15 @@
-//! What a detector says of one object.
+//! One detected object, from the pixels to the name that the goal gives it.
 
 use std::sync::Arc;
 
+use super::BoxEstimate;
+use super::model::ObjectBox;
 use crate::geometry::{MaskRun, PixelBox};
 use crate::pddl::Name;
 
 /// Everything that a detector says of one image.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sighted {
+pub struct Detections {
     /// Objects of the domain's types, in a fixed order.
     pub objects: Vec<Detection>,
     /// Where the phrases that were asked for are; a phrase that nothing fits has no entry, one
@@ -26,7 +28,8 @@ pub struct PhraseBox {
     pub score: f32,
 }
 
-/// One detected object.
+/// One detected object. A detector fills in what it sees; the pipeline adds the box in the world
+/// and the goal's phrase.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
     /// The name that the detector dictates, such as that of a labelled box; `None`: the rules of
@@ -40,11 +43,41 @@ pub struct Detection {
     pub pixel_box: PixelBox,
     /// Confidence in 0..=1.
     pub score: f32,
-    /// Its pixels, top to bottom and left to right.
+    /// Its pixels, top to bottom and left to right; empty from a detector that tells none.
     pub mask: Vec<MaskRun>,
+    /// Its box in the world frame; `None` before it is measured, or without depth or camera pose.
+    pub measured: Option<BoxEstimate>,
+    /// The name that a phrase of the goal gives it; `None` before phrases are merged, or when none
+    /// speaks of it.
+    pub phrase: Option<Name>,
 }
 
 impl Detection {
+    /// A detection of full confidence, without mask.
+    pub fn new(type_name: Name, label: Name, pixel_box: PixelBox) -> Self {
+        Self {
+            name: None,
+            type_name,
+            label,
+            pixel_box,
+            score: 1.0,
+            mask: Vec::new(),
+            measured: None,
+            phrase: None,
+        }
+    }
+
+    /// The object as grounding takes it, under a name.
+    pub fn object(&self, name: Name) -> ObjectBox {
+        ObjectBox {
+            name,
+            type_name: self.type_name.clone(),
+            pixel_box: self.pixel_box,
+            volume: self.measured.map(|measured| measured.volume),
+            mask: self.pixels(),
+        }
+    }
+
     /// The mask as grounding takes it; `None` without one.
     pub fn pixels(&self) -> Option<Arc<[MaskRun]>> {
         Some(self.mask.as_slice().into()).filter(|_| !self.mask.is_empty())

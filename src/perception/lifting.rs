@@ -364,12 +364,8 @@ mod tests {
             mask.push(MaskRun { y: y as u32, x_start: x as u32, x_end: x as u32 + 1 });
         }
         let detection = Detection {
-            name: None,
-            type_name: "block".into(),
-            label: "red".into(),
-            pixel_box: PixelBox::from([0.0; 4]),
-            score: 1.0,
             mask,
+            ..Detection::new("block".into(), "red".into(), PixelBox::from([0.0; 4]))
         };
         let depth = DepthView::new(width, height, &depth_m).unwrap();
         let measured = volume_of(&detection, &depth, camera, DepthRule::AsWide).unwrap();
@@ -426,14 +422,11 @@ mod tests {
                     (x1, y1, x2, y2) = (x1.min(x), y1.min(y), x2.max(x + 1), y2.max(y + 1));
                 }
             }
-            let detection = Detection {
-                name: None,
-                type_name: "block".into(),
-                label: "red".into(),
-                pixel_box: PixelBox::from([x1, y1, x2, y2].map(|v| v as f64)),
-                score: 1.0,
-                mask: Vec::new(),
-            };
+            let detection = Detection::new(
+                "block".into(),
+                "red".into(),
+                PixelBox::from([x1, y1, x2, y2].map(|v| v as f64)),
+            );
             let depth = DepthView::new(width, height, &depth_m).unwrap();
             let lifted = volume_of(&detection, &depth, &camera, DepthRule::AsWide).unwrap().volume;
             let off = (lifted.centre - volume.centre).abs().max();
@@ -462,12 +455,8 @@ mod tests {
     fn without_depth_there_is_no_volume() {
         let mask = vec![MaskRun { y: 1, x_start: 0, x_end: 40 }];
         let detection = Detection {
-            name: None,
-            type_name: "block".into(),
-            label: "red".into(),
-            pixel_box: PixelBox::from([0.0, 1.0, 40.0, 2.0]),
-            score: 1.0,
             mask,
+            ..Detection::new("block".into(), "red".into(), PixelBox::from([0.0, 1.0, 40.0, 2.0]))
         };
         let nowhere = [0.0, f32::NAN, f32::INFINITY, -1.0].repeat(40);
         let depth = DepthView::new(40, 4, &nowhere).unwrap();

@@ -11,16 +11,18 @@ pub mod detectors;
 pub mod grounders;
 mod proprioception;
 mod completion;
+mod pipeline;
 mod still;
 pub mod tracking;
 
 pub use completion::{complete, facts_of, merged};
-pub use detection::{Detection, PhraseBox, Sighted};
+pub use detection::{Detection, Detections, PhraseBox};
 pub use lifting::{BoxEstimate, DepthError, DepthView, TruncatedSides, volume_of};
 pub use naming::{label_of, name_detections, unused_name};
 pub use phrases::{
     MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,
 };
+pub use pipeline::{FrameView, Observation, Pipeline, State, lift_detections};
 pub use proprioception::{Grip, proprioception};
-pub use still::{GroundedImage, Pipeline, ground_image};
+pub use still::{GroundedImage, NamedObjects, detect_objects, ground_image};
 pub use views::{ImageError, ImageView};

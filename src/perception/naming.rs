@@ -85,13 +85,8 @@ mod tests {
     #[track_caller]
     fn check(perception: &str, detections: &[(&str, &str, [f64; 4])], expect: &[&str]) {
         let perception = Perception::parse("perception.toml", perception).unwrap();
-        let detection = |(type_name, label, edges): &(&str, &str, [f64; 4])| Detection {
-            name: None,
-            type_name: (*type_name).into(),
-            label: (*label).into(),
-            pixel_box: PixelBox::from(*edges),
-            score: 1.0,
-            mask: Vec::new(),
+        let detection = |(type_name, label, edges): &(&str, &str, [f64; 4])| {
+            Detection::new((*type_name).into(), (*label).into(), PixelBox::from(*edges))
         };
         let detections: Vec<_> = detections.iter().map(detection).collect();
         assert_eq!(name_detections(&perception, &detections), expect);
@@ -101,13 +96,8 @@ mod tests {
     #[test]
     fn a_dictated_name_stays() {
         let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
-        let mut detections = [10.0, 30.0].map(|x| Detection {
-            name: None,
-            type_name: "block".into(),
-            label: "red".into(),
-            pixel_box: PixelBox::from([x, 0.0, x + 5.0, 5.0]),
-            score: 1.0,
-            mask: Vec::new(),
+        let mut detections = [10.0, 30.0].map(|x| {
+            Detection::new("block".into(), "red".into(), PixelBox::from([x, 0.0, x + 5.0, 5.0]))
         });
         detections[1].name = Some("red_block".into());
         assert_eq!(name_detections(&perception, &detections), ["red_block2", "red_block"]);

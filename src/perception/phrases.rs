@@ -171,12 +171,12 @@ mod tests {
 
     fn block(label: &str, x: f64) -> Detection {
         Detection {
-            name: None,
-            type_name: "block".into(),
-            label: label.into(),
-            pixel_box: PixelBox::from([x, 10.0, x + 20.0, 30.0]),
             score: 0.9,
-            mask: Vec::new(),
+            ..Detection::new(
+                "block".into(),
+                label.into(),
+                PixelBox::from([x, 10.0, x + 20.0, 30.0]),
+            )
         }
     }
 

@@ -7,6 +7,8 @@ use sha2::{Digest as _, Sha256};
 use super::{ConfigError, read_text};
 use crate::goals::Language;
 use crate::pddl::{Axiom, Domain, SourceText, parse_domain, parse_rules};
+use crate::perception::Pipeline;
+use crate::perception::grounders::Grounder;
 use crate::perception::model::Perception;
 use crate::skills::SkillMap;
 
@@ -48,6 +50,16 @@ impl DomainFolder {
                 expected: "a folder with a domain.pddl, or the name of one in domains/".to_owned(),
                 got: name.to_owned(),
             }),
+        }
+    }
+
+    /// The way from detections to facts, with a grounder for this domain.
+    pub fn pipeline<'a>(&'a self, grounder: &'a dyn Grounder) -> Pipeline<'a> {
+        Pipeline {
+            domain: &self.domain,
+            perception: &self.perception,
+            rules: &self.rules,
+            grounder,
         }
     }
 

@@ -187,7 +187,7 @@ pub(crate) fn environment(name: &str) -> Option<String> {
 }
 
 /// An image as detectors look at it.
-pub(super) fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
+pub(crate) fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView<'a>, ConfigError> {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     ImageView::new(width, height, picture.as_raw())
         .map_err(|source| ConfigError::Image { path: path.to_owned(), source })

@@ -9,7 +9,7 @@ use super::exemplars::view_of;
 use super::{ConfigError, DomainFolder, read_image};
 use crate::goals::Look;
 use crate::perception::model::Exemplar;
-use crate::perception::{Grip, GroundedImage, Pipeline, ground_image};
+use crate::perception::{Grip, GroundedImage, ground_image};
 
 /// What reads single images: a detector and a grounder with the labelled examples of one camera.
 #[derive(Debug, Clone)]
@@ -47,12 +47,7 @@ impl Eye {
         let options = (options.as_ref(), base.as_path());
         let mut detector = self.folder.detector(&self.detector, options, &self.examples)?;
         let grounder = self.folder.grounder(&self.grounder, &self.examples)?;
-        let pipeline = Pipeline {
-            domain: &self.folder.domain,
-            perception: &self.folder.perception,
-            rules: &self.folder.rules,
-            grounder: &*grounder,
-        };
+        let pipeline = self.folder.pipeline(&*grounder);
         let view = view_of(&picture, &path.display().to_string())?;
         Ok(ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)?)
     }

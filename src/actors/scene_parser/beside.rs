@@ -15,7 +15,7 @@ use super::{
     Args, Looked, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth,
 };
 use crate::actors::{ActorError, Fatal};
-use crate::perception::DepthView;
+use crate::perception::{DepthView, FrameView, ImageView};
 use crate::scene::Scene;
 use crate::transport::Received;
 use crate::transport::convert::frame_from_wire;
@@ -150,11 +150,11 @@ fn take_answer(
     memory: &mut Memory,
     tools: &mut Tools,
     ports: &Ports,
-    Answer { look, sighted, detect_ns }: Answer,
+    Answer { look, detections, detect_ns }: Answer,
 ) -> Result<(), ActorError> {
     let now = Instant::now();
-    let sighted = match sighted {
-        Ok(sighted) => sighted,
+    let detections = match detections {
+        Ok(detections) => detections,
         Err(rejection) => {
             let pause_ms = RETRY_MS_MIN << tools.n_failures.min(16);
             tools.next_try = now + Duration::from_millis(pause_ms.min(RETRY_MS_MAX));
@@ -170,13 +170,17 @@ fn take_answer(
     let depth_m = look.depth_m.as_deref();
     let looked = Looked {
         frame: look.frame,
-        depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
-        model: look.model.as_ref(),
+        view: FrameView {
+            image: ImageView::new(width, height, &look.rgb).ok(),
+            depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
+            camera: look.model.as_ref(),
+        },
         robot: look.robot.as_ref(),
         n_frames: look.n_frames,
         detect_ns,
     };
-    let scene: Scene = tokio::task::block_in_place(|| memory.parse(&args.config, &looked, sighted));
+    let scene: Scene =
+        tokio::task::block_in_place(|| memory.parse(&args.config, &looked, detections));
     ports.publish(args, &scene)?;
     memory.carried = Some(scene);
     Ok(())

@@ -6,7 +6,7 @@ use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_
 use crate::actors::ActorError;
 use crate::clock::monotonic_ns;
 use crate::perception::detectors::Detector;
-use crate::perception::{DepthView, ImageView};
+use crate::perception::{DepthView, FrameView, ImageView};
 use crate::scene::Scene;
 use crate::transport::Received;
 use crate::transport::convert::frame_from_wire;
@@ -80,15 +80,14 @@ fn parse(
     let image = ImageView::new(columns, rows, view.rgb).map_err(|e| Rejection::unusable(&e))?;
     let has_depth = read_depth(depth, header, &mut tools.depth_m);
     let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
-    let sighted = tools.detector.detect(&image, &memory.phrases(&args.config))?;
+    let detections = tools.detector.detect(&image, &memory.phrases(&args.config))?;
     let robot = memory.robot;
     let looked = Looked {
         frame: header.into(),
-        depth,
-        model: view.model.as_ref(),
+        view: FrameView { image: Some(image), depth, camera: view.model.as_ref() },
         robot: robot.as_ref(),
         n_frames: memory.n_frames,
         detect_ns: monotonic_ns() - started_ns,
     };
-    Ok(memory.parse(&args.config, &looked, sighted))
+    Ok(memory.parse(&args.config, &looked, detections))
 }

@@ -13,12 +13,11 @@ use std::time::Duration;
 use super::goal_parser::GOAL_PENDING;
 use super::{ActorError, Chaos, Checkpoint, Fatal};
 use crate::clock::monotonic_ns;
-use crate::geometry::CameraModel;
 use crate::messages::{Command, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
-use crate::perception::{DepthView, Sighted, phrase_of_name};
+use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
     WireContext, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
@@ -192,11 +191,10 @@ fn read_depth(
     }
 }
 
-/// A frame that was looked at, without its pixels.
+/// A frame that was looked at.
 struct Looked<'a> {
     frame: FrameStamp,
-    depth: Option<DepthView<'a>>,
-    model: Option<&'a CameraModel>,
+    view: FrameView<'a>,
     /// What the robot said last before the frame.
     robot: Option<&'a RobotState>,
     /// How many frames had come with it: what was said until then belongs to it.
@@ -228,20 +226,24 @@ impl Memory {
     }
 
     /// The scene of a frame that was looked at.
-    fn parse(&mut self, config: &ParserConfig, looked: &Looked<'_>, sighted: Sighted) -> Scene {
+    fn parse(
+        &mut self,
+        config: &ParserConfig,
+        looked: &Looked<'_>,
+        detections: Detections,
+    ) -> Scene {
         let started_ns = monotonic_ns();
         let (commands, statuses) = self.heard_until(looked.n_frames);
         let FrameStamp { sequence, capture_ns, send_ns } = looked.frame;
         let cycle = self.cycle;
         let context = FrameContext {
             cause: FrameRef { cycle, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
-            depth: looked.depth,
-            model: looked.model,
+            view: looked.view,
             robot: looked.robot,
             commands: &commands,
             statuses: &statuses,
         };
-        let mut scene = self.parser.parse(config, &context, sighted);
+        let mut scene = self.parser.parse(config, &context, detections);
         self.cycle += 1;
         let microseconds = |ns: u64| u32::try_from(ns / 1000).unwrap_or(u32::MAX);
         scene.detect_us = microseconds(looked.detect_ns);

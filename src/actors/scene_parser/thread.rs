@@ -14,7 +14,7 @@ use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
 use crate::messages::RobotState;
 use crate::perception::detectors::Detector;
-use crate::perception::{ImageView, Sighted};
+use crate::perception::{Detections, ImageView};
 
 /// A frame with all that belongs to it, owned: it is looked at while newer ones come.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ pub(super) struct Look {
 #[derive(Debug)]
 pub(super) struct Answer {
     pub(super) look: Look,
-    pub(super) sighted: Result<Sighted, Rejection>,
+    pub(super) detections: Result<Detections, Rejection>,
     pub(super) detect_ns: u64,
 }
 
@@ -58,9 +58,9 @@ impl DetectorThread {
             let mut detector = None;
             while let Ok(look) = waiting.recv() {
                 let started_ns = monotonic_ns();
-                let sighted = sight(&mut detector, &make, &look);
+                let detections = sight(&mut detector, &make, &look);
                 let detect_ns = monotonic_ns() - started_ns;
-                if answered.blocking_send(Answer { look, sighted, detect_ns }).is_err() {
+                if answered.blocking_send(Answer { look, detections, detect_ns }).is_err() {
                     return;
                 }
             }
@@ -109,7 +109,7 @@ fn sight(
     kept: &mut Option<Box<dyn Detector>>,
     make: &MakeDetector,
     look: &Look,
-) -> Result<Sighted, Rejection> {
+) -> Result<Detections, Rejection> {
     let [width, height] = look.size;
     let image = ImageView::new(width, height, &look.rgb).map_err(|e| Rejection::unusable(&e))?;
     let mut detector = match kept.take() {
@@ -118,9 +118,9 @@ fn sight(
     };
     let looked = catch_unwind(AssertUnwindSafe(|| detector.detect(&image, &look.phrases)));
     match looked {
-        Ok(sighted) => {
+        Ok(detections) => {
             *kept = Some(detector);
-            Ok(sighted?)
+            Ok(detections?)
         }
         Err(payload) => {
             let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
@@ -162,14 +162,14 @@ mod tests {
             &mut self,
             _: &ImageView<'_>,
             phrases: &[String],
-        ) -> Result<Sighted, DetectorError> {
+        ) -> Result<Detections, DetectorError> {
             let go = self.0.lock().unwrap().recv().unwrap();
             match go {
                 Go::Answer => {
                     let pixel_box = PixelBox::from([0.0, 0.0, 1.0, 1.0]);
                     let place = |p: &String| PhraseBox { phrase: p.clone(), pixel_box, score: 1.0 };
                     let phrases = phrases.iter().map(place).collect();
-                    Ok(Sighted { objects: Vec::new(), phrases })
+                    Ok(Detections { objects: Vec::new(), phrases })
                 }
                 Go::Fail => {
                     let (what, how) = ("the eye".to_owned(), "buy one".to_owned());
@@ -215,8 +215,8 @@ mod tests {
             gate.send(Go::Answer).unwrap();
             let answer = thread.answer().await.unwrap();
             assert_eq!(answer.look.frame.sequence, sequence);
-            let sighted = answer.sighted.unwrap();
-            assert_eq!(sighted.phrases[0].phrase, format!("thing {sequence}"));
+            let detections = answer.detections.unwrap();
+            assert_eq!(detections.phrases[0].phrase, format!("thing {sequence}"));
         }
         assert_eq!(n_made.load(Ordering::SeqCst), 1);
     }
@@ -228,7 +228,7 @@ mod tests {
         for go in [Go::Fail, Go::Panic, Go::Answer] {
             thread.offer(look(1)).unwrap();
             gate.send(go).unwrap();
-            rejections.push(thread.answer().await.unwrap().sighted.err());
+            rejections.push(thread.answer().await.unwrap().detections.err());
         }
         let [Some(failed), Some(panicked), None] = rejections.as_slice() else {
             panic!("{rejections:?}")
@@ -243,7 +243,7 @@ mod tests {
         let make: MakeDetector = Arc::new(|| Err("no such model".to_owned()));
         let mut thread = DetectorThread::start(make).unwrap();
         thread.offer(look(1)).unwrap();
-        let rejection = thread.answer().await.unwrap().sighted.unwrap_err();
+        let rejection = thread.answer().await.unwrap().detections.unwrap_err();
         assert_eq!(rejection.reason, "no such model");
     }
 }

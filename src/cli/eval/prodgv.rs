@@ -8,9 +8,9 @@ use serde::Deserialize;
 
 use super::super::{Failure, out};
 use super::prodgv_tables::{print_details, print_report};
-use crate::eval::prodgv::pairs::ordered_pairs;
+use crate::eval::prodgv::matching::ordered_pairs;
 use crate::eval::prodgv::{
-    Detections, DomainData, Episode, EvalError, Evaluation, Goals, Jitter, Report, Setup,
+    BoxSource, DomainData, Episode, EvalError, Evaluation, Goals, Jitter, Report, Setup,
     Vocabulary, data_set, domain_report, evaluate, picture, published,
 };
 use crate::goals::GOALS;
@@ -171,12 +171,12 @@ fn planner(name: &str) -> Result<Box<dyn Planner>, Failure> {
     Ok(build(&settings).map_err(ConfigError::from)?)
 }
 
-fn detections(name: &str) -> Result<Detections, Failure> {
+fn detections(name: &str) -> Result<BoxSource, Failure> {
     match name {
-        "recorded" => Ok(Detections::Recorded),
-        "annotated" => Ok(Detections::Annotated),
+        "recorded" => Ok(BoxSource::Recorded),
+        "annotated" => Ok(BoxSource::Annotated),
         detector if DETECTORS.iter().any(|(known, _)| *known == detector) => {
-            Ok(Detections::Detector(detector.to_owned()))
+            Ok(BoxSource::Detector(detector.to_owned()))
         }
         other => Err(unknown("--detections", &["recorded", "annotated"], DETECTORS, other)),
     }

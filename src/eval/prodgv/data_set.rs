@@ -124,7 +124,7 @@ fn read_problem(folder: &Path, number: u32, domain: &Domain) -> Result<Labelled,
             let typed = declared.iter().find(|typed| typed.name == name).ok_or_else(|| {
                 field(&path, &name, "an object that the problem declares", "none")
             })?;
-            Ok(object_box(name, type_of(typed), pixel_box))
+            Ok(ObjectBox::new(name, type_of(typed), pixel_box))
         })
         .collect::<Result<_, EvalError>>()?;
     let photo = Some(file("observations", "jpg")).filter(|path| path.is_file());
@@ -213,11 +213,6 @@ pub(super) fn read_boxes(path: &Path) -> Result<Vec<(Name, PixelBox)>, EvalError
 /// The first of an object's types; `object` where it has none.
 pub(super) fn type_of(typed: &Typed) -> Name {
     typed.types.first().cloned().unwrap_or_else(|| "object".into())
-}
-
-/// An object in an image without depth.
-pub(super) fn object_box(name: Name, type_name: Name, pixel_box: PixelBox) -> ObjectBox {
-    ObjectBox { name, type_name, pixel_box, volume: None, mask: None }
 }
 
 pub(super) fn fault(path: &Path, reason: &str) -> EvalError {

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use image::RgbImage;
 
-use super::episode::{Episode, EpisodeInput, EpisodeParts, carry_out, match_all};
+use super::carry_out::{carry_out, match_all};
+use super::episode::{Episode, EpisodeInput, EpisodeParts};
 use super::goal::{self, GoalFrom};
 use super::jitter::{Jitter, disturbed};
-use super::pairs::is_evaluated;
+use super::matching::is_evaluated;
 use super::recorded::Pair;
 use super::score::{Counts, score};
 use super::{DomainData, EvalError, Labelled, Vocabulary};
@@ -18,13 +19,13 @@ use crate::pddl::Atom;
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::{GROUNDERS, Grounder};
 use crate::perception::model::{Exemplar, Exemplars, ObjectBox};
-use crate::perception::{ImageView, MergeRule, Sighted, merge, name_detections, phrase_of_name};
+use crate::perception::{FrameView, Observation, Pipeline, detect_objects, phrase_of_name};
 use crate::planners::Planner;
-use crate::run::{ConfigError, choose, environment};
+use crate::run::{ConfigError, choose, environment, view_of};
 
 /// Where the boxes of the test photographs come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Detections {
+pub enum BoxSource {
     /// The authors' detector, as recorded.
     Recorded,
     /// People: the annotated boxes.
@@ -50,7 +51,7 @@ pub struct Setup<'a> {
     /// A key of `GROUNDERS`.
     pub grounder: &'a str,
     /// Where the boxes come from.
-    pub detections: &'a Detections,
+    pub detections: &'a BoxSource,
     /// Where the goals come from.
     pub goals: &'a Goals,
     /// The planner.
@@ -94,10 +95,10 @@ pub fn evaluate(
     for exemplar in &data.problems {
         let grounder = grounder(setup.grounder, vocabulary, exemplar)?;
         let mut detector = match setup.detections {
-            Detections::Detector(name) => {
+            BoxSource::Detector(name) => {
                 Some(detector(name, vocabulary, setup, (exemplar, &pictures))?)
             }
-            Detections::Recorded | Detections::Annotated => None,
+            BoxSource::Recorded | BoxSource::Annotated => None,
         };
         for test in data.problems.iter().filter(|test| test.number != exemplar.number) {
             let step = Step { data, vocabulary, setup, grounder: &*grounder, exemplar, test };
@@ -127,6 +128,10 @@ impl Step<'_> {
         (self.exemplar.number, self.test.number)
     }
 
+    fn pipeline(&self) -> Pipeline<'_> {
+        self.vocabulary.pipeline(self.grounder)
+    }
+
     fn add(
         &self,
         mut looking: Looking<'_, '_>,
@@ -136,9 +141,9 @@ impl Step<'_> {
         let recorded_boxes = self.data.recorded_detections(pair)?;
         let boxes = match (&mut looking, self.setup.detections) {
             (Some((detector, picture)), _) => {
-                Some(detect(&mut **detector, self.vocabulary, picture, &[])?)
+                Some(detect(&mut **detector, &self.pipeline(), picture, &[])?)
             }
-            (None, Detections::Annotated) => Some(self.test.boxes.clone()),
+            (None, BoxSource::Annotated) => Some(self.test.boxes.clone()),
             (None, _) => recorded_boxes.clone(),
         };
         let mut missing =
@@ -164,7 +169,7 @@ impl Step<'_> {
             // What the goal names and the detector has not named is asked for by its phrase.
             let phrases: Vec<String> =
                 parsed.expected.iter().map(|object| phrase_of_name(&object.name)).collect();
-            boxes = detect(&mut **detector, self.vocabulary, picture, &phrases)?;
+            boxes = detect(&mut **detector, &self.pipeline(), picture, &phrases)?;
         }
         let stub = self.data.recorded_goal(pair)?;
         let goal = match (&parsed, self.setup.goals, &stub, &recorded_boxes) {
@@ -224,7 +229,8 @@ impl Step<'_> {
         for (seed, counts) in (0..).zip(counts) {
             let boxes = disturbed(boxes, jitter.px, seed, pair);
             let matching = match_all(self.vocabulary, &boxes, self.test);
-            let judged = self.grounder.ground(&boxes).judged;
+            let observation = Observation { frame: FrameView::default(), objects: &boxes };
+            let judged = self.pipeline().judge(&observation).judged;
             let observed = &self.vocabulary.observed;
             counts.add(&score(&judged, &matching, &self.test.init, observed));
         }
@@ -233,7 +239,7 @@ impl Step<'_> {
 
 /// The photographs, where a detector looks at them.
 fn pictures(data: &DomainData, setup: &Setup<'_>) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
-    let Detections::Detector(_) = setup.detections else { return Ok(BTreeMap::new()) };
+    let BoxSource::Detector(_) = setup.detections else { return Ok(BTreeMap::new()) };
     let mut pictures = BTreeMap::new();
     for problem in &data.problems {
         let picture = problem.picture()?.ok_or_else(|| EvalError::File {
@@ -283,26 +289,14 @@ fn detector(
     Ok(vocabulary.folder.detector(name, setup.detector_options, &examples)?)
 }
 
-/// What the detector sees; objects that a phrase singles out take its name.
+/// The objects that the detector finds in a photograph, under their names.
 fn detect(
     detector: &mut dyn Detector,
-    vocabulary: &Vocabulary,
+    pipeline: &Pipeline<'_>,
     picture: &RgbImage,
     phrases: &[String],
 ) -> Result<Vec<ObjectBox>, EvalError> {
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let view = ImageView::new(width, height, picture.as_raw())
-        .map_err(|source| ConfigError::Image { path: "photograph".to_owned(), source })?;
-    let Sighted { objects, phrases } =
-        detector.detect(&view, phrases).map_err(ConfigError::from)?;
-    let names = name_detections(&vocabulary.folder.perception, &objects);
-    let names = merge(&names, &objects, &phrases, MergeRule::Fitting).names;
-    let boxes = names.into_iter().zip(&objects).map(|(name, d)| ObjectBox {
-        name,
-        type_name: d.type_name.clone(),
-        pixel_box: d.pixel_box,
-        volume: None,
-        mask: Some(d.mask.as_slice().into()).filter(|_| !d.mask.is_empty()),
-    });
-    Ok(boxes.collect())
+    let image = view_of(picture, "photograph")?;
+    let found = detect_objects(pipeline, detector, &image, phrases).map_err(ConfigError::from)?;
+    Ok(found.boxes)
 }

@@ -1,11 +1,9 @@
 //! The goal of one episode, over the objects that were detected.
 
-use super::matching::{Matching, nearest};
-use super::rename::{self, Nameless};
+use super::matching::{Matching, Nameless, inverse, nearest, renamed_condition};
 use super::{EvalError, Vocabulary};
 use crate::goals::{GoalError, GoalObject, GoalSource, Language, ParsedGoal, repaired};
 use crate::pddl::{Condition, Name, SourceText, Typed, parse_goal};
-use crate::perception::label_of;
 use crate::perception::model::ObjectBox;
 use crate::run::ConfigError;
 
@@ -59,13 +57,13 @@ pub(super) fn read(
             read_recorded(stub, recorded, vocabulary, (boxes, objects))
         }
         GoalFrom::Truth(goal) => {
-            let detected = rename::inverse(matching);
+            let detected = inverse(matching);
             let constants = &vocabulary.folder.domain.constants;
             let to = |name: &Name| {
                 let constant = constants.iter().find(|c| c.name == *name).map(|c| c.name.clone());
                 detected.get(name).cloned().or(constant)
             };
-            rename::condition(goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
+            renamed_condition(goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
         }
         GoalFrom::Parsed(parsed) => {
             let parsed = parsed.as_ref().map_err(GoalFault::clone)?;
@@ -98,7 +96,7 @@ fn read_recorded(
         };
         nearest(recorded, boxes).filter(|(iou, _)| *iou > 0.0).map(|(_, b)| b.name.clone())
     };
-    rename::condition(&goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
+    renamed_condition(&goal, &to).map_err(|Nameless(name)| GoalFault::not_seen(&name))
 }
 
 /// Asks a goal source, over what was detected.
@@ -114,20 +112,10 @@ pub(super) fn ask(
     let perception = &vocabulary.folder.perception;
     let language = vocabulary.folder.language.as_ref();
     let kind = |name: &Name| language.and_then(|language| kind_of(language, name));
-    let objects: Vec<GoalObject> = super::episode::objects_of(vocabulary, boxes)
-        .iter()
-        .map(|object| {
-            let seen = boxes.iter().find(|b| b.name == object.name);
-            let spec = seen.and_then(|b| perception.type_spec(&b.type_name));
-            let colour = spec.and_then(|spec| label_of(spec, &object.name).cloned());
-            GoalObject {
-                name: object.name.clone(),
-                type_name: super::data_set::type_of(object),
-                colour: colour.or_else(|| seen.and_then(|b| kind(&b.name))),
-                pixel_box: seen.map(|b| b.pixel_box),
-            }
-        })
-        .collect();
+    let mut objects = GoalObject::of_image(perception, boxes);
+    for seen in objects.iter_mut().filter(|object| object.pixel_box.is_some()) {
+        seen.colour = seen.colour.take().or_else(|| kind(&seen.name));
+    }
     match source.read(&vocabulary.shipped, &objects) {
         Ok(parsed) => Ok(Ok(parsed)),
         Err(GoalError::NoService { what, how }) => Err(ConfigError::Missing { what, how }.into()),

@@ -49,12 +49,13 @@ fn normal(generator: &mut ChaCha8Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eval::prodgv::data_set::object_box;
     use crate::pddl::Name;
 
     fn boxes(n: usize) -> Vec<ObjectBox> {
         let pixel_box = PixelBox::from([100.0, 100.0, 200.0, 200.0]);
-        (0..n).map(|i| object_box(Name::new(format!("o{i}")), "thing".into(), pixel_box)).collect()
+        (0..n)
+            .map(|i| ObjectBox::new(Name::new(format!("o{i}")), "thing".into(), pixel_box))
+            .collect()
     }
 
     #[test]
@@ -77,7 +78,7 @@ mod tests {
 
     #[test]
     fn boxes_keep_an_inside() {
-        let small = object_box("a".into(), "t".into(), PixelBox::from([5.0, 5.0, 6.0, 6.0]));
+        let small = ObjectBox::new("a".into(), "t".into(), PixelBox::from([5.0, 5.0, 6.0, 6.0]));
         let disturbed = disturbed(&vec![small; 100], 10.0, 0, (1, 2));
         assert!(disturbed.iter().all(|b| b.pixel_box.is_valid()));
     }

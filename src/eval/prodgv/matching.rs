@@ -1,9 +1,28 @@
-//! Which detection is which object of the truth.
+//! Which (exemplar, test) pairs are evaluated, which detection is which object of the truth, and the
+//! same thing said with the other's names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::pddl::{Name, Typed};
+use super::Labelled;
+use super::recorded::Pair;
+use crate::pddl::{Atom, Condition, Literal, Name, Step, Term, Typed};
 use crate::perception::model::{Implied, ObjectBox};
+
+/// Every ordered pair of different problems.
+pub fn ordered_pairs(problems: &[Labelled]) -> Vec<Pair> {
+    let numbers = || problems.iter().map(|p| p.number);
+    numbers().flat_map(|e| numbers().filter(move |t| *t != e).map(move |t| (e, t))).collect()
+}
+
+/// Whether the reference evaluates the pair: the same predicates occur in both true states, derived
+/// ones included. An exemplar can teach nothing else.
+pub fn is_evaluated(exemplar: &Labelled, test: &Labelled) -> bool {
+    predicates(exemplar) == predicates(test)
+}
+
+fn predicates(problem: &Labelled) -> BTreeSet<&Name> {
+    problem.init.iter().map(|atom| &atom.predicate).collect()
+}
 
 /// Detected names to true names; a detection that stands for nothing has no entry. No true name
 /// occurs twice.
@@ -52,15 +71,75 @@ pub fn match_implied(
     }
 }
 
+/// An object that has no counterpart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Nameless(pub Name);
+
+type Renaming<'a> = &'a dyn Fn(&Name) -> Option<Name>;
+
+fn all(names: &[Name], to: Renaming<'_>) -> Result<Vec<Name>, Nameless> {
+    names.iter().map(|name| to(name).ok_or_else(|| Nameless(name.clone()))).collect()
+}
+
+/// An atom with other names.
+///
+/// # Errors
+/// The first object that has none; likewise below.
+pub(super) fn renamed_atom(atom: &Atom, to: Renaming<'_>) -> Result<Atom, Nameless> {
+    Ok(Atom { predicate: atom.predicate.clone(), args: all(&atom.args, to)? })
+}
+
+/// A plan with other names.
+pub(super) fn renamed_plan(steps: &[Step], to: Renaming<'_>) -> Result<Vec<Step>, Nameless> {
+    let step = |step: &Step| Ok(Step { action: step.action.clone(), args: all(&step.args, to)? });
+    steps.iter().map(step).collect()
+}
+
+/// A condition with other names.
+pub(super) fn renamed_condition(
+    condition: &Condition,
+    to: Renaming<'_>,
+) -> Result<Condition, Nameless> {
+    let parts = |parts: &[Condition]| -> Result<Vec<Condition>, Nameless> {
+        parts.iter().map(|part| renamed_condition(part, to)).collect()
+    };
+    let inner = |part: &Condition| renamed_condition(part, to).map(Box::new);
+    Ok(match condition {
+        Condition::True => Condition::True,
+        Condition::False => Condition::False,
+        Condition::Atom(Literal { predicate, args }) => {
+            let args = args.iter().map(|arg| term(arg, to)).collect::<Result<_, _>>()?;
+            Condition::Atom(Literal { predicate: predicate.clone(), args })
+        }
+        Condition::Equal(a, b) => Condition::Equal(term(a, to)?, term(b, to)?),
+        Condition::Not(part) => Condition::Not(inner(part)?),
+        Condition::And(list) => Condition::And(parts(list)?),
+        Condition::Or(list) => Condition::Or(parts(list)?),
+        Condition::Exists(variables, part) => Condition::Exists(variables.clone(), inner(part)?),
+        Condition::Forall(variables, part) => Condition::Forall(variables.clone(), inner(part)?),
+    })
+}
+
+fn term(term: &Term, to: Renaming<'_>) -> Result<Term, Nameless> {
+    match term {
+        Term::Var(name) => Ok(Term::Var(name.clone())),
+        Term::Object(name) => to(name).map(Term::Object).ok_or_else(|| Nameless(name.clone())),
+    }
+}
+
+/// True names to detected ones.
+pub(super) fn inverse(matching: &Matching) -> Matching {
+    matching.iter().map(|(detected, object)| (object.clone(), detected.clone())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eval::prodgv::data_set::object_box;
     use crate::geometry::PixelBox;
 
     fn boxes(list: &[(&str, [f64; 4])]) -> Vec<ObjectBox> {
         let object = |(name, edges): &(&str, [f64; 4])| {
-            object_box((*name).into(), "block".into(), PixelBox::from(*edges))
+            ObjectBox::new((*name).into(), "block".into(), PixelBox::from(*edges))
         };
         list.iter().map(object).collect()
     }

@@ -4,35 +4,34 @@
 //! second only the photograph's detections and the instruction's goal are used until the plan is
 //! there, which is then renamed and tried on the true problem. Everything but reading files is pure.
 //!
-//! The counts follow the reference implementation to the digit: which pairs count ([`pairs`]), which
-//! detection is which object ([`matching`]), and what counts as right ([`score`]).
+//! The counts follow the reference implementation to the digit: which pairs count and
+//! which detection is which object ([`matching`]), and what counts as right ([`score`]).
 
 mod forms;
 mod error;
 pub mod data_set;
 mod recorded;
-pub mod pairs;
 pub mod matching;
-mod rename;
 mod vocabulary;
 pub mod score;
 pub mod goal;
-mod stage;
 mod episode;
+mod stage;
+mod carry_out;
 pub mod jitter;
 mod evaluate;
 mod report;
 mod published;
 mod pictures;
 
+pub use carry_out::carry_out;
 pub use data_set::{DomainData, Labelled};
-pub use episode::{Episode, EpisodeInput, EpisodeParts, carry_out};
+pub use episode::{Episode, EpisodeInput, EpisodeParts, Failure, Stage};
 pub use error::EvalError;
-pub use evaluate::{Detections, Evaluation, Goals, Setup, evaluate};
+pub use evaluate::{BoxSource, Evaluation, Goals, Setup, evaluate};
 pub use jitter::Jitter;
 pub use pictures::picture;
 pub use published::{Published, published};
 pub use recorded::Pair;
 pub use report::{DomainReport, JitterReport, PairReport, Ratio, Report, domain_report};
-pub use stage::{Failure, Stage};
 pub use vocabulary::Vocabulary;

@@ -3,7 +3,8 @@
 use image::RgbImage;
 
 use super::goal::GoalFault;
-use super::{Episode, EvalError, Labelled, Vocabulary, rename};
+use super::matching::{inverse, renamed_atom};
+use super::{Episode, EvalError, Labelled, Vocabulary};
 use crate::logic::{Bindings, Truth, Universe, evaluate};
 use crate::pddl::{Atom, Condition, Name};
 use crate::perception::label_of;
@@ -66,11 +67,11 @@ fn caption(episode: &Episode) -> Vec<(String, String)> {
 
 /// What is missing, each fact once, with the names of the detections where there are any.
 fn missing(episode: &Episode) -> Vec<Atom> {
-    let detected = rename::inverse(&episode.matching);
+    let detected = inverse(&episode.matching);
     let to = |name: &Name| Some(detected.get(name).unwrap_or(name).clone());
     let mut atoms: Vec<Atom> = Vec::new();
     for atom in &episode.score.missing {
-        if let Ok(atom) = rename::atom(atom, &to)
+        if let Ok(atom) = renamed_atom(atom, &to)
             && !atoms.contains(&atom)
         {
             atoms.push(atom);
@@ -137,7 +138,7 @@ fn unary(episode: &Episode, name: &Name, missing: &[Atom]) -> Vec<String> {
 /// The atoms that were judged to hold.
 fn recognised(episode: &Episode) -> impl Iterator<Item = &Atom> {
     let holds = |judged: &&crate::perception::grounders::Judged| judged.truth == Truth::True;
-    episode.grounding.judged.iter().filter(holds).map(|judged| &judged.atom)
+    episode.state.grounding.judged.iter().filter(holds).map(|judged| &judged.atom)
 }
 
 fn edges(episode: &Episode, vocabulary: &Vocabulary, missing: &[Atom]) -> Vec<EdgeMark> {
@@ -164,9 +165,9 @@ fn goal_marks(episode: &Episode, vocabulary: &Vocabulary) -> Vec<GoalMark> {
     };
     let whole = std::slice::from_ref(goal);
     let parts = if let Condition::And(parts) = goal { parts.as_slice() } else { whole };
-    let objects = super::episode::objects_of(vocabulary, &episode.boxes);
-    let universe = Universe { types: &vocabulary.folder.domain.types, objects: &objects };
-    let truth = |atom: &Atom| episode.facts.truth(atom);
+    let objects = &episode.state.objects;
+    let universe = Universe { types: &vocabulary.folder.domain.types, objects };
+    let truth = |atom: &Atom| episode.state.facts.truth(atom);
     let mark = |part: &Condition| GoalMark {
         text: part.to_string(),
         holds: evaluate(part, &Bindings::new(), &universe, &truth),
@@ -178,7 +179,7 @@ fn remarks(episode: &Episode, missing: &[Atom]) -> Vec<Remark> {
     let remark = |text: String, kind: RemarkKind| Remark { text, kind };
     let wrong = episode.score.wrong.iter().map(|a| remark(a.to_string(), RemarkKind::Wrong));
     let missing = missing.iter().map(|atom| remark(atom.to_string(), RemarkKind::Missing));
-    let anomalies = &episode.grounding.anomalies;
+    let anomalies = &episode.state.grounding.anomalies;
     let anomalies =
         anomalies.iter().map(|anomaly| remark(anomaly.reason.clone(), RemarkKind::Anomaly));
     wrong.chain(missing).chain(anomalies).collect()

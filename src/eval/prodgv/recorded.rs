@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::data_set::{atoms_of, field, object_box, read_boxes, source, type_of};
+use super::data_set::{atoms_of, field, read_boxes, source, type_of};
 use super::forms::form_of;
 use super::{DomainData, EvalError};
 use crate::pddl::{Atom, SourceText, Typed, parse_problem};
@@ -32,7 +32,7 @@ impl DomainData {
             let typed = objects.iter().find(|typed| typed.name == name);
             let typed =
                 typed.ok_or_else(|| field(&stub, &name, "an object with a type", "none"))?;
-            Ok(object_box(name, type_of(typed), pixel_box))
+            Ok(ObjectBox::new(name, type_of(typed), pixel_box))
         });
         boxes.collect::<Result<_, _>>().map(Some)
     }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::episode::Failure;
 use super::evaluate::Evaluation;
 use super::jitter::Jitter;
 use super::published::Published;
 use super::score::Counts;
-use super::stage::Failure;
 
 /// The whole report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -166,7 +166,7 @@ pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool
         exact_states: counts.exact,
         unknown: counts.unknown,
         inferred: counts.inferred,
-        anomalies: evaluated().map(|e| e.grounding.anomalies.len()).sum(),
+        anomalies: evaluated().map(|e| e.state.grounding.anomalies.len()).sum(),
         goals_repaired: evaluated().filter(|e| !e.dropped.is_empty()).count(),
         problem_valid: all(episodes.iter().filter(|e| e.problem.is_ok()).count()),
         plan_valid_pairs: [valid, n_pairs],
@@ -200,7 +200,7 @@ fn pair_report(episode: &super::Episode) -> PairReport {
         list.iter().map(ToString::to_string).collect()
     }
     let score = &episode.score;
-    let anomalies = episode.grounding.anomalies.iter().map(ToString::to_string);
+    let anomalies = episode.state.grounding.anomalies.iter().map(ToString::to_string);
     let goal = match &episode.goal {
         Ok(goal) => goal.to_string(),
         Err(fault) => fault.why.clone(),

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::matching::Matching;
-use super::rename;
+use super::matching::{Matching, renamed_atom};
 use crate::logic::Truth;
 use crate::pddl::{Atom, Name};
 use crate::perception::grounders::{Basis, Judged};
@@ -51,7 +50,7 @@ pub fn score(
             }
             Truth::True => score.inferred += usize::from(judged.basis == Basis::Constrained),
         }
-        match rename::atom(&judged.atom, &|name| matching.get(name).cloned()) {
+        match renamed_atom(&judged.atom, &|name| matching.get(name).cloned()) {
             Ok(atom) if truth.contains(&atom) => {
                 score.tp += 1;
                 predicted.insert(atom);

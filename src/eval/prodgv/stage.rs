@@ -9,42 +9,13 @@
 //!    works from the facts that were read and fails from the true ones;
 //! 4. *planning*: facts and goal are right, and there is no plan or not a valid one.
 
-use serde::Serialize;
-
-use super::episode::{Episode, solve};
-use super::matching::nearest;
-use super::{Labelled, rename};
+use super::Labelled;
+use super::episode::{Episode, Failure, Stage, solve};
+use super::matching::{nearest, renamed_condition};
 use crate::pddl::{Domain, Name, Problem};
 use crate::perception::model::ObjectBox;
 use crate::planners::Planner;
 use crate::planning::{Outcome, PlanRequest, Validation, validate};
-
-/// Where a failure comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// Pixels to objects.
-    Detection,
-    /// Objects to facts.
-    Grounding,
-    /// Words to goal.
-    Goal,
-    /// Facts and goal to plan.
-    Planning,
-}
-
-/// A pair whose plan fails or whose state is not exactly right.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Failure {
-    /// The exemplar's number.
-    pub exemplar: u32,
-    /// The test's number.
-    pub test: u32,
-    /// Where it comes from.
-    pub stage: Stage,
-    /// What is wrong.
-    pub why: String,
-}
 
 /// A detection that overlaps its true box by less stands for something else. Below the usual 0.5:
 /// people and detectors draw different boxes around things with arms and handles.
@@ -119,7 +90,7 @@ fn goal_fault(
         episode.matching.get(name).cloned().or_else(|| constant().map(|c| c.name.clone()))
     };
     // A goal about an invented object is the detector's fault.
-    let goal = rename::condition(goal, &to).ok()?;
+    let goal = renamed_condition(goal, &to).ok()?;
     if goal == test.problem.goal {
         return None;
     }

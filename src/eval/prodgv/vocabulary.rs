@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use super::EvalError;
 use crate::pddl::{Domain, Name};
+use crate::perception::Pipeline;
+use crate::perception::grounders::Grounder;
 use crate::perception::model::Perception;
 use crate::run::DomainFolder;
 
@@ -39,6 +41,13 @@ impl Vocabulary {
         let shipped = folder.domain.clone();
         let folder = DomainFolder { domain: domain.clone(), perception, rules, ..folder };
         Ok(Self { folder, shipped, observed })
+    }
+}
+
+impl Vocabulary {
+    /// The way from detections to facts, with a grounder for this domain.
+    pub fn pipeline<'a>(&'a self, grounder: &'a dyn Grounder) -> Pipeline<'a> {
+        self.folder.pipeline(grounder)
     }
 }
 

@@ -274,12 +274,8 @@ impl LanguageModel {
                 let key = "goal.options.example.objects";
                 self.refused(format!("{key}: expected \"name:type\", got \"{text}\""))
             })?;
-            objects.push(GoalObject {
-                name: name.trim().into(),
-                type_name: type_name.trim().into(),
-                colour: None,
-                pixel_box: None,
-            });
+            let (name, type_name) = (name.trim().into(), type_name.trim().into());
+            objects.push(GoalObject { name, type_name, colour: None, pixel_box: None });
         }
         let source = SourceText::new("goal.options.example.goal", option.goal.clone());
         let parsed = fixed::parse(&source, domain, &objects)?;

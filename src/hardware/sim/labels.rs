@@ -240,20 +240,16 @@ impl Shot {
         let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
         for (i, body) in truth.bodies.iter().enumerate() {
             let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
-            let detection = visible(&frame, u16::try_from(i + 1).ok()?, body);
-            let volume = detection.as_ref().and_then(|d| volume_of(d, &depth, &model, spec.depth));
-            let (Some(detection), Some(measured)) = (detection, volume) else {
+            let seen = visible(&frame, u16::try_from(i + 1).ok()?, body).and_then(|detection| {
+                let measured = volume_of(&detection, &depth, &model, spec.depth)?;
+                Some(Detection { measured: Some(measured), ..detection })
+            });
+            let Some(seen) = seen else {
                 n_hidden += 1;
                 continue;
             };
             bodies.push(body);
-            objects.push(ObjectBox {
-                name: Name::new(&body.name),
-                type_name: detection.type_name,
-                pixel_box: detection.pixel_box,
-                volume: Some(measured.volume),
-                mask: Some(detection.mask.into()),
-            });
+            objects.push(seen.object(Name::new(&body.name)));
         }
         let facts = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
         let image = RgbImage::from_raw(frame.width, frame.height, frame.rgb)?;
@@ -334,7 +330,7 @@ fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
         y2: f64::from(mask.last()?.y + 1),
     };
     let type_name = Name::new(body.kind);
-    Some(Detection { name: None, label: type_name.clone(), type_name, pixel_box, score: 1.0, mask })
+    Some(Detection { mask, ..Detection::new(type_name.clone(), type_name, pixel_box) })
 }
 
 impl Label {

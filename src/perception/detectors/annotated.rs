@@ -16,7 +16,7 @@ use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception, TypeSpec, json_entries};
 use crate::perception::phrases::{answer, words};
-use crate::perception::{Detection, ImageView, Sighted};
+use crate::perception::{Detection, Detections, ImageView};
 
 /// `[perception.options]`.
 #[derive(Debug, Deserialize)]
@@ -108,12 +108,9 @@ fn read(
         };
         objects.push(Detection {
             name: Some(name.clone()),
-            // What tells it from others: it is itself in every frame.
-            label: name.clone(),
-            type_name,
-            pixel_box,
             score: score as f32,
-            mask: Vec::new(),
+            // What tells it from others: it is itself in every frame.
+            ..Detection::new(type_name, name.clone(), pixel_box)
         });
     }
     Ok(objects)
@@ -172,7 +169,7 @@ impl Detector for AnnotatedDetector {
         &mut self,
         image: &ImageView<'_>,
         phrases: &[String],
-    ) -> Result<Sighted, DetectorError> {
+    ) -> Result<Detections, DetectorError> {
         if let Some(outside) = self.objects.iter().find(|o| !is_inside(&o.pixel_box, image)) {
             let (width, height) = (image.width(), image.height());
             let got = <[f64; 4]>::from(outside.pixel_box);
@@ -183,7 +180,7 @@ impl Detector for AnnotatedDetector {
         }
         let names: Vec<Name> = self.objects.iter().map(|o| o.label.clone()).collect();
         let phrases = answer(&self.perception, (&names, &self.objects), phrases);
-        Ok(Sighted { objects: self.objects.clone(), phrases })
+        Ok(Detections { objects: self.objects.clone(), phrases })
     }
 }
 

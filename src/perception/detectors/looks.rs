@@ -53,12 +53,8 @@ impl Looks {
             several => self.palette.name_of(image, &pixel_box, several),
         };
         Detection {
-            name: None,
-            type_name: spec.name.clone(),
-            label: label.unwrap_or(&spec.name).clone(),
-            pixel_box,
             score,
-            mask: Vec::new(),
+            ..Detection::new(spec.name.clone(), label.unwrap_or(&spec.name).clone(), pixel_box)
         }
     }
 

@@ -20,7 +20,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use super::model::{ObjectBox, Perception};
-use super::{ImageView, Sighted};
+use super::{Detections, ImageView};
 use crate::http::WebError;
 use crate::pddl::Domain;
 
@@ -43,7 +43,7 @@ pub trait Detector: Send {
         &mut self,
         image: &ImageView<'_>,
         phrases: &[String],
-    ) -> Result<Sighted, DetectorError>;
+    ) -> Result<Detections, DetectorError>;
 
     /// Does on an example image what the first call would otherwise have to do: makes tables, finds
     /// out whether the image is of the right kind.

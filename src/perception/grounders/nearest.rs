@@ -222,12 +222,8 @@ mod tests {
     }
 
     fn boxes(list: &[(&str, [f64; 4])]) -> Vec<ObjectBox> {
-        let object = |(name, edges): &(&str, [f64; 4])| ObjectBox {
-            name: (*name).into(),
-            type_name: "block".into(),
-            pixel_box: PixelBox::from(*edges),
-            volume: None,
-            mask: None,
+        let object = |(name, edges): &(&str, [f64; 4])| {
+            ObjectBox::new((*name).into(), "block".into(), PixelBox::from(*edges))
         };
         list.iter().map(object).collect()
     }
@@ -294,13 +290,7 @@ mod tests {
             let objects: Vec<ObjectBox> = corners
                 .iter()
                 .enumerate()
-                .map(|(i, (x, y))| ObjectBox {
-                    name: Name::new(format!("o{i}")),
-                    type_name: "block".into(),
-                    pixel_box: PixelBox::from([*x, *y, x + 10.0, y + 10.0]),
-                    volume: None,
-                    mask: None,
-                })
+                .map(|(i, (x, y))| ObjectBox::new(Name::new(format!("o{i}")), "block".into(), PixelBox::from([*x, *y, x + 10.0, y + 10.0])))
                 .collect();
             let mut shuffled = objects.clone();
             shuffled.rotate_left((seed % objects.len() as u64) as usize);

@@ -182,7 +182,7 @@ impl Exemplar {
             };
             let type_name = type_name.cloned().unwrap_or_else(|| "object".into());
             let (name, pixel_box) = (object.clone(), *pixel_box);
-            objects.push(ObjectBox { name, type_name, pixel_box, volume: None, mask: None });
+            objects.push(ObjectBox::new(name, type_name, pixel_box));
         }
         Ok(Self { name: name.to_owned(), image_size, objects, init })
     }

@@ -19,3 +19,10 @@ pub struct ObjectBox {
     /// Its pixels, top to bottom and left to right, where the detector tells them.
     pub mask: Option<Arc<[MaskRun]>>,
 }
+
+impl ObjectBox {
+    /// An object of which nothing but its box is known.
+    pub fn new(name: Name, type_name: Name, pixel_box: PixelBox) -> Self {
+        Self { name, type_name, pixel_box, volume: None, mask: None }
+    }
+}

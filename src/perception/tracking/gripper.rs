@@ -19,7 +19,7 @@ pub(super) fn follow(grip: &Grip, robot: &RobotState, tracks: &[Track], reach_m:
         (true, Grip::Empty | Grip::HoldsSomething) => {
             let distances = tracks.iter().filter_map(|track| {
                 let distance = distance_m(track, robot.position)?;
-                (distance <= reach_m).then_some((distance, &track.name))
+                (distance <= reach_m).then_some((distance, &track.object.name))
             });
             let nearest: Option<(f64, &Name)> =
                 distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)));
@@ -31,7 +31,7 @@ pub(super) fn follow(grip: &Grip, robot: &RobotState, tracks: &[Track], reach_m:
 /// Distance of a point from a track's volume; zero inside. Ties inside go to the nearer middle by
 /// adding a small share of its distance.
 fn distance_m(track: &Track, point: Point3<f64>) -> Option<f64> {
-    let volume = track.volume?;
+    let volume = track.object.volume?;
     let offset = point - volume.centre;
     let outside = Vector3::new(
         (offset.x.abs() - volume.extent[0] / 2.0).max(0.0),

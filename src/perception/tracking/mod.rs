@@ -16,7 +16,7 @@ use serde::Deserialize;
 
 use super::grounders::Grounder;
 use super::model::Perception;
-use crate::geometry::CameraModel;
+use super::{FrameView, Pipeline};
 use crate::messages::{Command, RobotState, Status};
 use crate::pddl::{Axiom, Domain};
 use crate::scene::FrameRef;
@@ -56,15 +56,25 @@ pub struct ParserConfig {
     pub hull: Option<HullConfig>,
 }
 
+impl ParserConfig {
+    /// The way from detections to facts.
+    pub fn pipeline(&self) -> Pipeline<'_> {
+        Pipeline {
+            domain: &self.domain,
+            perception: &self.perception,
+            rules: &self.rules,
+            grounder: &*self.grounder,
+        }
+    }
+}
+
 /// What comes with a frame besides its detections.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameContext<'a> {
     /// The frame.
     pub cause: FrameRef,
-    /// Depth, where there is any.
-    pub depth: Option<crate::perception::DepthView<'a>>,
-    /// Intrinsics and pose of the camera, where known.
-    pub model: Option<&'a CameraModel>,
+    /// What the camera shows in it.
+    pub view: FrameView<'a>,
     /// The newest robot state, where there is a robot.
     pub robot: Option<&'a RobotState>,
     /// Commands sent to the robot since the last frame.

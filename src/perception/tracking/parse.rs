@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Frozen, Reading};
 use super::occlusion::hull_in_image;
-use super::tracker::{Renamed, Sighting, Tracker};
+use super::tracker::{Renamed, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
 use crate::logic::{Changes, Facts, Universe, bind, effects};
@@ -12,9 +12,7 @@ use crate::messages::{CommandKind, StatusKind};
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_plan};
 use crate::perception::grounders::Grounding;
 use crate::perception::model::ObjectBox;
-use crate::perception::{
-    Detection, Grip, MergeRule, Sighted, complete, merge, proprioception, volume_of,
-};
+use crate::perception::{Detection, Detections, Grip, Observation};
 use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
@@ -54,7 +52,7 @@ impl SceneParser {
         &mut self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
-        sighted: Sighted,
+        mut detections: Detections,
     ) -> Scene {
         self.start_steps(config, context);
         let ended = self.end_step(context);
@@ -62,13 +60,18 @@ impl SceneParser {
             let reach_m = config.belief.grasp_reach_m;
             self.grip = gripper::follow(&self.grip, robot, &self.tracker.tracks, reach_m);
         }
-        let occluders = self.occluders(config, context, &sighted.objects);
-        let sightings = sightings(config, context, sighted);
+        let occluders = self.occluders(config, context, &detections.objects);
+        // Names come from the tracks: until then, objects are called by their types.
+        let types: Vec<Name> = detections.objects.iter().map(|d| d.type_name.clone()).collect();
+        let merged = config.pipeline().place(&context.view, &mut detections, &types);
+        for reason in &merged.unplaced {
+            tracing::debug!(reason, "a phrase of the goal names nothing");
+        }
         let settings = (&config.perception, &config.belief);
-        self.tracker.update(sightings, &occluders, context.cause.capture_ns, settings);
+        self.tracker.update(detections.objects, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
-        let (readings, anomalies) = self.judge(config);
+        let (readings, anomalies) = self.judge(config, context);
         let frozen = self.frozen();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
@@ -87,7 +90,7 @@ impl SceneParser {
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
     pub fn unseen(&self, config: &ParserConfig, named: &[Typed]) -> Vec<Name> {
         let is_known = |name: &Name| {
-            self.tracker.tracks.iter().any(|t| t.name == *name)
+            self.tracker.tracks.iter().any(|t| t.object.name == *name)
                 || config.perception.implied.iter().any(|i| i.name == *name)
                 || config.domain.constants.iter().any(|c| c.name == *name)
         };
@@ -148,16 +151,18 @@ impl SceneParser {
         detections: &[Detection],
     ) -> Vec<PixelBox> {
         let mut occluders = Vec::new();
-        if let (Some(hull), Some(robot), Some(model)) = (&config.hull, context.robot, context.model)
+        if let (Some(hull), Some(robot), Some(model)) =
+            (&config.hull, context.robot, context.view.camera)
         {
             occluders.extend(hull_in_image(hull, robot, model));
         }
         if let Grip::Holds(name) = &self.grip
             && let Some(hand) = occluders.first().copied()
-            && let Some(track) = self.tracker.tracks.iter().find(|t| t.name == *name)
+            && let Some(track) = self.tracker.tracks.iter().find(|t| t.object.name == *name)
         {
             let at_hand = detections.iter().filter(|d| {
-                d.type_name == track.type_name && d.pixel_box.intersection(&hand).area() > 0.0
+                d.type_name == track.object.type_name
+                    && d.pixel_box.intersection(&hand).area() > 0.0
             });
             occluders.extend(at_hand.map(|d| d.pixel_box));
         }
@@ -168,22 +173,19 @@ impl SceneParser {
     ///
     /// Objects that are out of sight for a while are judged with them, where they were last seen:
     /// what hides between others is not missing. Nothing is read off them.
-    fn judge(&self, config: &ParserConfig) -> (BTreeMap<Atom, Reading>, Vec<Anomaly>) {
+    fn judge(
+        &self,
+        config: &ParserConfig,
+        context: &FrameContext<'_>,
+    ) -> (BTreeMap<Atom, Reading>, Vec<Anomaly>) {
         let hidden_frames_max = config.belief.hidden_frames_max;
         let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
-        let known = known.filter(|t| !self.is_held(&t.name));
+        let known = known.filter(|t| !self.is_held(&t.object.name));
         let visible: BTreeSet<&Name> =
-            known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.name).collect();
-        let boxes: Vec<ObjectBox> = known
-            .map(|t| ObjectBox {
-                name: t.name.clone(),
-                type_name: t.type_name.clone(),
-                pixel_box: t.pixel_box,
-                volume: t.volume,
-                mask: t.mask.clone(),
-            })
-            .collect();
-        let Grounding { judged, mut anomalies } = config.grounder.ground(&boxes);
+            known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.object.name).collect();
+        let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
+        let observation = Observation { frame: context.view, objects: &boxes };
+        let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation);
         let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
         anomalies.retain(|anomaly| are_visible(&anomaly.objects));
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
@@ -211,17 +213,17 @@ impl SceneParser {
     /// Objects that have been out of sight for too long; never the one in the gripper.
     fn lost(&self, hidden_frames_max: u32) -> BTreeSet<Name> {
         let lost = self.tracker.tracks.iter().filter(|t| t.hidden_frames > hidden_frames_max);
-        lost.map(|t| t.name.clone()).filter(|name| !self.is_held(name)).collect()
+        lost.map(|t| t.object.name.clone()).filter(|name| !self.is_held(name)).collect()
     }
 
     fn objects(&self, config: &ParserConfig) -> Vec<SceneObject> {
         let seen = self.tracker.tracks.iter().map(|t| SceneObject {
-            name: t.name.clone(),
-            type_name: t.type_name.clone(),
-            pixel_box: Some(t.pixel_box),
-            volume: t.volume,
+            name: t.object.name.clone(),
+            type_name: t.object.type_name.clone(),
+            pixel_box: Some(t.object.pixel_box),
+            volume: t.object.volume,
             score: t.score,
-            visibility: if self.is_held(&t.name) {
+            visibility: if self.is_held(&t.object.name) {
                 Visibility::Held
             } else if t.hidden_frames > 0 {
                 Visibility::Hidden
@@ -247,7 +249,7 @@ impl SceneParser {
     /// What the robot knows of itself; while a step runs, what that step is about to change keeps
     /// its value.
     fn own_facts(&self, config: &ParserConfig, objects: &[Typed], frozen: &Frozen) -> OwnFacts {
-        let raw = proprioception(&config.domain, &config.perception, objects, &self.grip);
+        let raw = config.pipeline().own_facts(objects, &self.grip);
         let mut confirmed = raw.clone();
         let is_own = |atom: &Atom| {
             config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate)
@@ -280,9 +282,9 @@ impl SceneParser {
             raw.set(atom.clone(), entry.raw);
             confirmed.set(atom.clone(), entry.confirmed);
         }
-        let types = &config.domain.types;
-        let raw = complete(&config.rules, types, objects, &raw);
-        let confirmed = complete(&config.rules, types, objects, &confirmed);
+        let pipeline = config.pipeline();
+        let (raw, confirmed) =
+            (pipeline.completed(objects, &raw), pipeline.completed(objects, &confirmed));
         let atoms: BTreeSet<&Atom> =
             [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
                 .into_iter()
@@ -317,33 +319,4 @@ struct OwnFacts {
 fn step_of(label: &str) -> Option<Step> {
     let source = SourceText { name: "command".to_owned(), text: label.to_owned() };
     parse_plan(&source).ok()?.into_iter().next()
-}
-
-/// What was detected, with its place in the world and the goal's names for it.
-fn sightings(
-    config: &ParserConfig,
-    context: &FrameContext<'_>,
-    Sighted { objects, phrases }: Sighted,
-) -> Vec<Sighting> {
-    let names: Vec<Name> = objects.iter().map(|d| d.type_name.clone()).collect();
-    let merged = merge(&names, &objects, &phrases, MergeRule::Fitting);
-    for reason in &merged.unplaced {
-        tracing::debug!(reason, "a phrase of the goal names nothing");
-    }
-    let mut sightings: Vec<Sighting> =
-        objects.into_iter().map(|detection| sight(config, context, detection)).collect();
-    for placed in merged.placed {
-        sightings[placed.detection_idx].phrase = Some(placed.name);
-    }
-    sightings
-}
-
-/// A detection with its place in the world.
-fn sight(config: &ParserConfig, context: &FrameContext<'_>, detection: Detection) -> Sighting {
-    let spec = config.perception.type_spec(&detection.type_name);
-    let measured = match (spec, &context.depth, context.model) {
-        (Some(spec), Some(depth), Some(model)) => volume_of(&detection, depth, model, spec.depth),
-        _ => None,
-    };
-    Sighting { detection, measured, phrase: None }
 }

@@ -1,14 +1,13 @@
 //! Names are identities: which detection is which known object.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use super::BeliefConfig;
 use super::occlusion::is_covered;
-use crate::geometry::{Aabb, MaskRun, PixelBox};
+use crate::geometry::{Aabb, PixelBox};
 use crate::pddl::Name;
-use crate::perception::model::Perception;
-use crate::perception::{BoxEstimate, Detection, name_detections, unused_name};
+use crate::perception::model::{ObjectBox, Perception};
+use crate::perception::{Detection, name_detections, unused_name};
 
 /// Weight of a new measurement of an object that rests.
 const SMOOTHING: f64 = 0.3;
@@ -20,12 +19,9 @@ const SAME_IOU_MIN: f64 = 0.3;
 /// An object that is known by name.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
-    pub(super) name: Name,
-    pub(super) type_name: Name,
+    /// Who it is, and where it was seen last.
+    pub(super) object: ObjectBox,
     label: Name,
-    pub(super) pixel_box: PixelBox,
-    pub(super) volume: Option<Aabb>,
-    pub(super) mask: Option<Arc<[MaskRun]>>,
     pub(super) score: f32,
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
@@ -40,8 +36,6 @@ pub(super) struct Track {
 #[derive(Debug, Clone)]
 struct Candidate {
     detection: Detection,
-    volume: Option<Aabb>,
-    phrase: Option<Name>,
     frames: u32,
 }
 
@@ -50,15 +44,6 @@ struct Candidate {
 pub(super) struct Tracker {
     pub(super) tracks: Vec<Track>,
     candidates: Vec<Candidate>,
-}
-
-/// One detection with its place in the world.
-#[derive(Debug, Clone)]
-pub(super) struct Sighting {
-    pub(super) detection: Detection,
-    pub(super) measured: Option<BoxEstimate>,
-    /// The name that a phrase of the goal gives it.
-    pub(super) phrase: Option<Name>,
 }
 
 /// An object that goes by the goal's phrase from now on.
@@ -72,29 +57,29 @@ impl Tracker {
     /// Takes in one frame.
     pub(super) fn update(
         &mut self,
-        sightings: Vec<Sighting>,
+        detections: Vec<Detection>,
         occluders: &[PixelBox],
         capture_ns: u64,
         (perception, config): (&Perception, &BeliefConfig),
     ) {
-        let mut free: Vec<Option<Sighting>> = sightings.into_iter().map(Some).collect();
+        let mut free: Vec<Option<Detection>> = detections.into_iter().map(Some).collect();
         let pairs = self.pairs(&free);
         let mut matched = vec![None; self.tracks.len()];
-        for (_, track_idx, sighting_idx) in pairs {
-            if matched[track_idx].is_none() && free[sighting_idx].is_some() {
-                matched[track_idx] = free[sighting_idx].take();
+        for (_, track_idx, detection_idx) in pairs {
+            if matched[track_idx].is_none() && free[detection_idx].is_some() {
+                matched[track_idx] = free[detection_idx].take();
             }
         }
-        for (track, sighting) in self.tracks.iter_mut().zip(matched) {
-            match sighting {
-                Some(sighting) if !track.is_hidden_by(&sighting, occluders) => {
-                    track.see(&sighting, capture_ns);
+        for (track, detection) in self.tracks.iter_mut().zip(matched) {
+            match detection {
+                Some(detection) if !track.is_hidden_by(&detection, occluders) => {
+                    track.see(detection, capture_ns);
                 }
                 _ => track.hidden_frames = track.hidden_frames.saturating_add(1),
             }
         }
         let born = free.into_iter().flatten();
-        let born = born.filter(|s| !is_covered(&s.detection.pixel_box, occluders));
+        let born = born.filter(|d| !is_covered(&d.pixel_box, occluders));
         self.propose(born.collect());
         self.promote(capture_ns, perception, config);
     }
@@ -107,27 +92,27 @@ impl Tracker {
         for idx in 0..self.tracks.len() {
             let track = &self.tracks[idx];
             let Some((to, frames)) = track.called.clone() else { continue };
-            let is_free = self.tracks.iter().all(|other| other.name != to);
+            let is_free = self.tracks.iter().all(|other| other.object.name != to);
             if track.is_phrase || frames < confirm_frames || !is_free {
                 continue;
             }
             let track = &mut self.tracks[idx];
-            let from = std::mem::replace(&mut track.name, to.clone());
+            let from = std::mem::replace(&mut track.object.name, to.clone());
             track.is_phrase = true;
             renamed.push(Renamed { from, to });
         }
-        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+        self.tracks.sort_by(|a, b| a.object.name.cmp(&b.object.name));
         renamed
     }
 
-    /// All possible matches of tracks with sightings, best first.
-    fn pairs(&self, sightings: &[Option<Sighting>]) -> Vec<(f64, usize, usize)> {
+    /// All possible matches of tracks with detections, best first.
+    fn pairs(&self, detections: &[Option<Detection>]) -> Vec<(f64, usize, usize)> {
         let mut pairs = Vec::new();
         for (track_idx, track) in self.tracks.iter().enumerate() {
-            for (sighting_idx, sighting) in sightings.iter().enumerate() {
-                let Some(Sighting { detection, .. }) = sighting else { continue };
-                if detection.type_name == track.type_name && detection.label == track.label {
-                    pairs.push((track.distance(detection), track_idx, sighting_idx));
+            for (detection_idx, detection) in detections.iter().enumerate() {
+                let Some(detection) = detection else { continue };
+                if detection.type_name == track.object.type_name && detection.label == track.label {
+                    pairs.push((track.distance(detection), track_idx, detection_idx));
                 }
             }
         }
@@ -136,10 +121,9 @@ impl Tracker {
     }
 
     /// Detections that fit no track become candidates, or confirm those of the last frame.
-    fn propose(&mut self, born: Vec<Sighting>) {
+    fn propose(&mut self, born: Vec<Detection>) {
         let mut before = std::mem::take(&mut self.candidates);
-        for Sighting { detection, measured, phrase } in born {
-            let volume = measured.map(|measured| measured.volume);
+        for detection in born {
             let goes_on = before.iter().position(|c| {
                 c.detection.type_name == detection.type_name
                     && c.detection.label == detection.label
@@ -147,7 +131,7 @@ impl Tracker {
             });
             // Taken out, so that of two pieces of one only one goes on.
             let frames = goes_on.map_or(1, |at| before.swap_remove(at).frames + 1);
-            self.candidates.push(Candidate { detection, volume, phrase, frames });
+            self.candidates.push(Candidate { detection, frames });
         }
     }
 
@@ -161,26 +145,25 @@ impl Tracker {
         self.candidates = unripe;
         let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
         let names = name_detections(perception, &detections);
-        for (candidate, name) in ripe.into_iter().zip(names) {
-            let phrase = candidate.phrase.filter(|p| self.tracks.iter().all(|t| t.name != *p));
+        for (Candidate { detection, .. }, name) in ripe.into_iter().zip(names) {
+            let phrase = detection
+                .phrase
+                .clone()
+                .filter(|p| self.tracks.iter().all(|t| t.object.name != *p));
             let (is_phrase, name) = (phrase.is_some(), phrase.unwrap_or(name));
-            let name = unused_name(&name, &|name| self.tracks.iter().any(|t| t.name == *name));
-            let mask = candidate.detection.pixels();
+            let name =
+                unused_name(&name, &|name| self.tracks.iter().any(|t| t.object.name == *name));
             self.tracks.push(Track {
-                name,
-                type_name: candidate.detection.type_name,
-                label: candidate.detection.label,
-                pixel_box: candidate.detection.pixel_box,
-                volume: candidate.volume,
-                mask,
-                score: candidate.detection.score,
+                object: detection.object(name),
+                label: detection.label,
+                score: detection.score,
                 seen_ns: capture_ns,
                 hidden_frames: 0,
                 called: None,
                 is_phrase,
             });
         }
-        self.tracks.sort_by(|a, b| a.name.cmp(&b.name));
+        self.tracks.sort_by(|a, b| a.object.name.cmp(&b.object.name));
     }
 
     /// Types whose names say their order, while not all of them are in sight: "left" has a meaning
@@ -189,7 +172,7 @@ impl Tracker {
         let waits = perception.types.iter().filter(|spec| {
             let of_type = self.candidates.iter().filter(|c| c.detection.type_name == spec.name);
             let ripe = of_type.clone().filter(|c| c.frames >= config.confirm_frames).count();
-            let known = self.tracks.iter().any(|t| t.type_name == spec.name);
+            let known = self.tracks.iter().any(|t| t.object.type_name == spec.name);
             let patience = of_type.map(|c| c.frames).max().unwrap_or(0) < config.hidden_frames_max;
             !spec.naming.list.is_empty() && !known && ripe != spec.naming.list.len() && patience
         });
@@ -201,38 +184,38 @@ impl Track {
     /// How unlike a detection is to this object: the distance of the middles and the difference
     /// of the sizes, in pixels.
     fn distance(&self, detection: &Detection) -> f64 {
-        let (a, b) = (&self.pixel_box, &detection.pixel_box);
+        let (a, b) = (&self.object.pixel_box, &detection.pixel_box);
         let ((ax, ay), (bx, by)) = (a.centre(), b.centre());
         let size = (a.width() - b.width()).hypot(a.height() - b.height());
         (ax - bx).hypot(ay - by) + size
     }
 
-    /// Whether a sighting may show a part of the object only.
-    fn is_hidden_by(&self, sighting: &Sighting, occluders: &[PixelBox]) -> bool {
-        let seen = &sighting.detection.pixel_box;
-        let in_place = seen.intersection(&self.pixel_box).area() > 0.0;
-        is_covered(seen, occluders) || (in_place && is_covered(&self.pixel_box, occluders))
+    /// Whether a detection may show a part of the object only.
+    fn is_hidden_by(&self, detection: &Detection, occluders: &[PixelBox]) -> bool {
+        let (seen, known) = (&detection.pixel_box, &self.object.pixel_box);
+        let in_place = seen.intersection(known).area() > 0.0;
+        is_covered(seen, occluders) || (in_place && is_covered(known, occluders))
     }
 
-    fn see(&mut self, sighting: &Sighting, capture_ns: u64) {
-        self.pixel_box = sighting.detection.pixel_box;
-        self.mask = sighting.detection.pixels();
-        self.score = sighting.detection.score;
-        self.seen_ns = capture_ns;
-        self.hidden_frames = 0;
-        self.called = sighting.phrase.clone().map(|phrase| match self.called.take() {
-            Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
-            Some(_) | None => (phrase, 1),
-        });
-        let measured = match (self.volume, sighting.measured) {
+    fn see(&mut self, detection: Detection, capture_ns: u64) {
+        let known = self.object.volume;
+        self.object = detection.object(self.object.name.clone());
+        let measured = match (known, detection.measured) {
             (Some(known), Some(measured)) => measured.completed(&known),
             (None, Some(measured)) => Some(measured.volume),
             (_, None) => None,
         };
-        self.volume = match (self.volume, measured) {
+        self.object.volume = match (known, measured) {
             (Some(old), Some(new)) => Some(smooth(old, new)),
             (old, new) => new.or(old),
         };
+        self.score = detection.score;
+        self.seen_ns = capture_ns;
+        self.hidden_frames = 0;
+        self.called = detection.phrase.map(|phrase| match self.called.take() {
+            Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
+            Some(_) | None => (phrase, 1),
+        });
     }
 }
 

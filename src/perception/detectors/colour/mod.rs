@@ -21,7 +21,7 @@ use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception, TypeSpec};
 use crate::perception::naming::{label_of, name_detections};
 use crate::perception::phrases::answer;
-use crate::perception::{Detection, ImageView, Sighted};
+use crate::perception::{Detection, Detections, ImageView};
 use appearance::{is_seam, stands_out};
 use bitmask::BitMask;
 use outline::{SizeLimits, Sizes, find};
@@ -145,7 +145,7 @@ impl Detector for ColourDetector {
         &mut self,
         image: &ImageView<'_>,
         phrases: &[String],
-    ) -> Result<Sighted, DetectorError> {
+    ) -> Result<Detections, DetectorError> {
         self.classify(image);
         let mut objects = Vec::new();
         for spec in &self.perception.types {
@@ -157,7 +157,7 @@ impl Detector for ColourDetector {
             let names = name_detections(&self.perception, &objects);
             answer(&self.perception, (&names, &objects), phrases)
         };
-        Ok(Sighted { objects, phrases })
+        Ok(Detections { objects, phrases })
     }
 }
 
@@ -170,12 +170,9 @@ fn usual_height(mut heights: Vec<f64>) -> f64 {
 fn detection(spec: &TypeSpec, colour: &Name, region: Region) -> Detection {
     let pixel_box = region.pixel_box();
     Detection {
-        name: None,
-        type_name: spec.name.clone(),
-        label: colour.clone(),
-        pixel_box,
         score: (region.area() as f64 / pixel_box.area()).clamp(0.0, 1.0) as f32,
         mask: region.runs,
+        ..Detection::new(spec.name.clone(), colour.clone(), pixel_box)
     }
 }
 
@@ -299,13 +296,11 @@ mod tests {
         let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
         let mut detector = ColourDetector::new(&perception).unwrap();
         let canvas = Canvas::new(32, 24, [0, 0, 0]);
-        let object = ObjectBox {
-            name: "red_block".into(),
-            type_name: "block".into(),
-            pixel_box: PixelBox::from([20.0, 3.0, 33.0, 9.0]),
-            volume: None,
-            mask: None,
-        };
+        let object = ObjectBox::new(
+            "red_block".into(),
+            "block".into(),
+            PixelBox::from([20.0, 3.0, 33.0, 9.0]),
+        );
         let message = detector.learn(&canvas.view(), &[object]).unwrap_err().to_string();
         assert_eq!(message, "red_block: expected a box inside the 32 x 24 image");
     }

@@ -24,7 +24,7 @@ use crate::geometry::PixelBox;
 use crate::http::{Client, Patience, Reply, Request, shown_url};
 use crate::perception::model::{ObjectBox, TypeSpec};
 use crate::perception::phrases::phrase_of_name;
-use crate::perception::{Detection, ImageView, PhraseBox, Sighted};
+use crate::perception::{Detection, Detections, ImageView, PhraseBox};
 use convention::Convention;
 use image::Encoding;
 use labels::query_of;
@@ -203,7 +203,7 @@ impl Detector for HttpDetector {
         &mut self,
         image: &ImageView<'_>,
         phrases: &[String],
-    ) -> Result<Sighted, DetectorError> {
+    ) -> Result<Detections, DetectorError> {
         let fault = |e: ::image::ImageError| self.reply_error(&e.to_string());
         let text = self.options.image.base64(image).map_err(fault)?;
         let found = self.boxes(image, &text, &self.prompts)?;
@@ -219,7 +219,7 @@ impl Detector for HttpDetector {
         let phrases = places.filter_map(|Found { query_idx, pixel_box, score }| {
             Some(PhraseBox { phrase: phrases.get(query_idx)?.clone(), pixel_box, score })
         });
-        Ok(Sighted { objects, phrases: phrases.collect() })
+        Ok(Detections { objects, phrases: phrases.collect() })
     }
 
     /// A service is not asked about an example: the first frame is soon enough.

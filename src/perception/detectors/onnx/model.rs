@@ -15,7 +15,7 @@ use crate::perception::detectors::looks::Looks;
 use crate::perception::detectors::{Detector, DetectorError, DetectorSettings};
 use crate::perception::model::ObjectBox;
 use crate::perception::phrases::answer;
-use crate::perception::{Detection, ImageView, Sighted, name_detections};
+use crate::perception::{Detection, Detections, ImageView, name_detections};
 
 /// `[perception.options]`.
 #[derive(Debug, Deserialize)]
@@ -83,7 +83,7 @@ impl Detector for OnnxDetector {
         &mut self,
         image: &ImageView<'_>,
         phrases: &[String],
-    ) -> Result<Sighted, DetectorError> {
+    ) -> Result<Detections, DetectorError> {
         let (shape, values) = values(&self.description.input, image);
         let wrong = |message: String| DetectorError::File { file: self.file.clone(), message };
         let input = Value::from_shape(shape, values).map_err(|e| wrong(e.to_string()))?;
@@ -113,7 +113,7 @@ impl Detector for OnnxDetector {
         let perception = self.looks.perception();
         let names = name_detections(perception, &objects);
         let phrases = answer(perception, (&names, &objects), phrases);
-        Ok(Sighted { objects, phrases })
+        Ok(Detections { objects, phrases })
     }
 
     fn is_slow(&self) -> bool {

@@ -41,12 +41,12 @@ fn pegs(heights: [usize; 3]) -> Vec<(String, [f64; 4])> {
 }
 
 fn objects(list: &[(String, [f64; 4])]) -> Vec<ObjectBox> {
-    let object = |(name, edges): &(String, [f64; 4])| ObjectBox {
-        name: Name::new(name),
-        type_name: if name.starts_with("peg") { "peg".into() } else { "disk".into() },
-        pixel_box: PixelBox::from(*edges),
-        volume: None,
-        mask: None,
+    let object = |(name, edges): &(String, [f64; 4])| {
+        ObjectBox::new(
+            Name::new(name),
+            if name.starts_with("peg") { "peg".into() } else { "disk".into() },
+            PixelBox::from(*edges),
+        )
     };
     list.iter().map(object).collect()
 }

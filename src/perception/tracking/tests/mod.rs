@@ -10,13 +10,13 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 
 use super::*;
-use crate::geometry::{Intrinsics, MaskRun, PixelBox};
+use crate::geometry::{CameraModel, Intrinsics, MaskRun, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{CommandKind, Motion, StatusKind};
 use crate::pddl::Atom;
 use crate::perception::grounders::{Basis, Evidence, Grounding, Judged};
 use crate::perception::model::ObjectBox;
-use crate::perception::{DepthView, Detection, PhraseBox, Sighted};
+use crate::perception::{DepthView, Detection, Detections, PhraseBox};
 use crate::run::DomainFolder;
 use crate::scene::{Scene, Visibility};
 
@@ -70,12 +70,8 @@ fn camera() -> CameraModel {
 fn detection(type_name: &str, label: &str, edges: [f64; 4]) -> Detection {
     let row = |y| MaskRun { y, x_start: edges[0] as u32, x_end: edges[2] as u32 };
     Detection {
-        name: None,
-        type_name: type_name.into(),
-        label: label.into(),
-        pixel_box: PixelBox::from(edges),
-        score: 1.0,
         mask: (edges[1] as u32..edges[3] as u32).map(row).collect(),
+        ..Detection::new(type_name.into(), label.into(), PixelBox::from(edges))
     }
 }
 
@@ -157,15 +153,18 @@ impl Eyes {
         let model = camera();
         let context = FrameContext {
             cause,
-            depth: DepthView::new(WIDTH, HEIGHT, &depth_m).ok(),
-            model: Some(&model),
+            view: FrameView {
+                image: None,
+                depth: DepthView::new(WIDTH, HEIGHT, &depth_m).ok(),
+                camera: Some(&model),
+            },
             robot: Some(&self.robot),
             commands: &commands,
             statuses: &statuses,
         };
         let phrases = std::mem::take(&mut self.phrases);
-        let sighted = Sighted { objects: detections.to_vec(), phrases };
-        self.parser.parse(&self.config, &context, sighted)
+        let detections = Detections { objects: detections.to_vec(), phrases };
+        self.parser.parse(&self.config, &context, detections)
     }
 
     /// The last of some frames that all look the same.

@@ -1,0 +1,136 @@
+//! The one way from an image to facts.
+//!
+//! ```text
+//!  detector ─► place ─────────────────► name ─► judge ───────► complete ─► facts
+//!              box in the world,                the grounder   robot's own facts,
+//!              phrase of the goal                              completion rules
+//! ```
+//!
+//! A still image goes straight through ([`super::still`]). The loop takes the same stages with its
+//! memory in between ([`super::tracking`]): tracks name the objects, and the belief decides which
+//! judgements count before they are completed. An evaluation that brings its own boxes starts at
+//! [`Pipeline::state`].
+
+use super::completion::{facts_of, merged};
+use super::grounders::{Grounder, Grounding};
+use super::model::{ObjectBox, Perception};
+use super::{
+    DepthView, Detection, Detections, Grip, ImageView, MergeRule, Merged, complete, merge,
+    proprioception, volume_of,
+};
+use crate::geometry::CameraModel;
+use crate::logic::Facts;
+use crate::pddl::{Axiom, Domain, Name, Typed};
+
+/// What one camera shows at one time. Everything is optional: boxes may come from elsewhere, and
+/// few cameras measure depth.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FrameView<'a> {
+    /// The colours.
+    pub image: Option<ImageView<'a>>,
+    /// The depth, as large as the image.
+    pub depth: Option<DepthView<'a>>,
+    /// Intrinsics and pose of the camera.
+    pub camera: Option<&'a CameraModel>,
+}
+
+/// What a grounder judges: named objects in the frame that shows them.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a> {
+    /// The frame.
+    pub frame: FrameView<'a>,
+    /// The objects, each name once. One that is out of sight for the moment stands where it was
+    /// last seen.
+    pub objects: &'a [ObjectBox],
+}
+
+/// Gives detections their boxes in the world, where the frame has depth and the camera's pose.
+pub fn lift_detections(
+    perception: &Perception,
+    frame: &FrameView<'_>,
+    detections: &mut [Detection],
+) {
+    let (Some(depth), Some(camera)) = (&frame.depth, frame.camera) else { return };
+    for detection in detections {
+        let spec = perception.type_spec(&detection.type_name);
+        detection.measured = spec.and_then(|spec| volume_of(detection, depth, camera, spec.depth));
+    }
+}
+
+/// What turns images of one domain into facts: all that does not change from image to image.
+#[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "a grounder is known by its name only")]
+pub struct Pipeline<'a> {
+    /// Types, predicates and constants.
+    pub domain: &'a Domain,
+    /// The domain's perception file.
+    pub perception: &'a Perception,
+    /// The domain's completion rules.
+    pub rules: &'a [Axiom],
+    /// Made from the exemplars of the camera in use.
+    pub grounder: &'a dyn Grounder,
+}
+
+/// The symbolic state that objects are in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Every object of the state: the seen ones, then the implied ones. The domain's constants,
+    /// which a problem does not declare, are left out.
+    pub objects: Vec<Typed>,
+    /// Every judged tuple, and what the facts cannot explain.
+    pub grounding: Grounding,
+    /// Observed, proprioceptive and completed facts.
+    pub facts: Facts,
+}
+
+impl Pipeline<'_> {
+    /// Gives detections their boxes in the world, where the frame has depth, and the phrases of the
+    /// goal that single them out. `names` says what each detection is called so far.
+    pub fn place(
+        &self,
+        frame: &FrameView<'_>,
+        detections: &mut Detections,
+        names: &[Name],
+    ) -> Merged {
+        let Detections { objects, phrases } = detections;
+        lift_detections(self.perception, frame, objects);
+        let merged = merge(names, objects, phrases, MergeRule::Fitting);
+        for placed in &merged.placed {
+            objects[placed.detection_idx].phrase = Some(placed.name.clone());
+        }
+        merged
+    }
+
+    /// Judges every tuple of the observed predicates.
+    pub fn judge(&self, observation: &Observation<'_>) -> Grounding {
+        self.grounder.ground(observation.objects)
+    }
+
+    /// Objects that are there without being seen: those that the perception file implies.
+    pub fn implied(&self) -> impl Iterator<Item = Typed> {
+        self.perception.implied.iter().map(|i| Typed::new(i.name.clone(), i.type_name.clone()))
+    }
+
+    /// What the robot knows of itself. `objects` are all there are, constants included.
+    pub fn own_facts(&self, objects: &[Typed], gripper: &Grip) -> Facts {
+        proprioception(self.domain, self.perception, objects, gripper)
+    }
+
+    /// Adds what the completion rules derive from `base`. `objects` are all there are, constants
+    /// included.
+    pub fn completed(&self, objects: &[Typed], base: &Facts) -> Facts {
+        complete(self.rules, &self.domain.types, objects, base)
+    }
+
+    /// The state of named objects: judged, with what the robot knows of itself, completed.
+    pub fn state(&self, observation: &Observation<'_>, gripper: &Grip) -> State {
+        let grounding = self.judge(observation);
+        let seen = observation.objects.iter();
+        let seen = seen.map(|o| Typed::new(o.name.clone(), o.type_name.clone()));
+        let objects: Vec<Typed> = seen.chain(self.implied()).collect();
+        let all: Vec<Typed> = objects.iter().chain(&self.domain.constants).cloned().collect();
+        let base = merged(facts_of(&grounding.judged), self.own_facts(&all, gripper));
+        let facts = self.completed(&all, &base);
+        State { objects, grounding, facts }
+    }
+}
