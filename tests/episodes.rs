@@ -59,7 +59,7 @@ fn a_displaced_block_is_explained() {
         assert_eq!(episode.report.verdict, "reached", "seed {seed}");
         run.replan_causes().iter().any(|cause| {
             cause.starts_with("expected (on red_block ")
-                && cause.ends_with(", see (ontable red_block)")
+                && cause.ends_with(", observed (ontable red_block)")
         })
     });
     assert!(explained);

@@ -218,7 +218,7 @@ fn report(
     }
     match (steps, outcome) {
         (Some(steps), _) => steps.iter().for_each(|step| out::line(&format!("plan    {step}"))),
-        (None, Some(outcome)) => out::note(&format!("no plan: {outcome:?}")),
+        (None, Some(outcome)) => out::note(&format!("no plan: {outcome}")),
         (None, None) => {}
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::explain::deviations;
 use super::re_observing::with_anomalies;
-use super::{Answer, Cycle, Executive, Phase, join};
+use super::{Answer, Cycle, Executive, Phase, counted, join};
 use crate::logic::Truth;
 use crate::messages::{CommandKind, Event, Limit, PlanVerdict, ReplanCause, Verdict};
 use crate::pddl::{Atom, Name, Step};
@@ -42,7 +42,7 @@ impl Executive {
                 Answer::Command(CommandKind::Continue)
             }
             other if matches!(self.phase, Phase::Running(_)) => {
-                let reason = format!("there is no plan any more ({other:?})");
+                let reason = format!("no plan from the present state: {other}");
                 if cycle.is_settled() {
                     self.preempt(cycle, reason)
                 } else {
@@ -52,18 +52,18 @@ impl Executive {
             PlanVerdict::Missing { objects } => self.wait_for(cycle, &objects),
             PlanVerdict::Unsolvable { proof, unknowns } => {
                 if unknowns {
-                    let reason = format!("no plan without the unknown facts ({proof})");
+                    let reason = format!("no plan from the known facts alone ({proof})");
                     let reason = with_anomalies(reason, &cycle.input.scene.anomalies, &[]);
                     return self.re_observe(cycle, &reason);
                 }
                 if !cycle.is_settled() {
-                    return self.look(cycle, "the scene is not settled".to_owned());
+                    return self.look(cycle, cycle.unsettled());
                 }
                 Answer::End(Verdict::Unsolvable { proof })
             }
             PlanVerdict::Inconsistent { atoms } => {
                 let atoms: Vec<String> = atoms.iter().map(ToString::to_string).collect();
-                let reason = format!("these facts exclude each other: {}", atoms.join(", "));
+                let reason = format!("mutually exclusive facts: {}", atoms.join(", "));
                 let reason = with_anomalies(reason, &cycle.input.scene.anomalies, &[]);
                 self.re_observe(cycle, &reason)
             }
@@ -110,7 +110,8 @@ impl Executive {
         let started_ns = self.started_ns.unwrap_or(cycle.input.now_ns);
         let seconds = cycle.input.now_ns.saturating_sub(started_ns) as f64 / 1e9;
         if self.is_hung(cycle) {
-            return give_up(Limit::SkillTimeout, "the robot does not break off".to_owned());
+            let detail = format!("cancel not confirmed within {} s", limits.skill_timeout_s);
+            return give_up(Limit::SkillTimeout, detail);
         }
         if self.counts.cycles > limits.cycles_max {
             return give_up(Limit::Cycles, format!("{} cycles", limits.cycles_max));
@@ -130,12 +131,13 @@ impl Executive {
     /// Follows a plan: keeps the running step, switches, or starts the first step.
     fn follow(&mut self, cycle: &mut Cycle<'_>, steps: &[Step], cost: u64) -> Answer {
         self.unseen_frames = 0;
+        self.awaited = None;
         let go_on = Answer::Command(CommandKind::Continue);
         if !cycle.is_settled() {
             return match self.phase {
                 Phase::Running(_) => go_on,
                 Phase::Idle | Phase::VerifyingEffects(_) | Phase::ReObserving(_) => {
-                    self.look(cycle, "the scene is not settled".to_owned())
+                    self.look(cycle, cycle.unsettled())
                 }
             };
         }
@@ -150,7 +152,7 @@ impl Executive {
             }
             (Phase::Running(_), None) => go_on,
             (Phase::Running(_), Some(step)) => {
-                let reason = format!("{step} comes first now");
+                let reason = format!("the plan now starts with {step}");
                 self.preempt(cycle, reason)
             }
             (_, None) => {
@@ -197,24 +199,18 @@ impl Executive {
         Answer::Command(CommandKind::Continue)
     }
 
-    /// Waits for objects that the goal names.
+    /// Waits for the goal, or for objects that it names, and says for which whenever that changes.
     fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
         self.unseen_frames += u32::from(cycle.is_new_frame);
-        let detail = if objects.is_empty() {
-            "what is seen does not allow the goal to be understood".to_owned()
-        } else {
-            format!("never seen: {}", join(objects))
-        };
-        if self.unseen_frames > cycle.config.limits.unseen_frames_max {
+        let frames_max = cycle.config.limits.unseen_frames_max;
+        let (awaited, text) = Awaited::of(cycle.input.scene, objects);
+        if self.unseen_frames > frames_max {
+            let detail = format!("after {frames_max} frames still waiting for {text}");
             return Answer::End(Verdict::GaveUp { limit: Limit::UnseenFrames, detail });
         }
-        if self.unseen_frames == 1 && cycle.is_new_frame {
-            let reason = if objects.is_empty() {
-                "the goal cannot be understood before more is seen".to_owned()
-            } else {
-                format!("the goal names {}, which nobody has seen yet", join(objects))
-            };
-            cycle.event(Event::Look { reason });
+        if self.awaited < Some(awaited) {
+            self.awaited = Some(awaited);
+            cycle.event(Event::Look { reason: format!("waiting for {text}") });
         }
         Answer::Command(CommandKind::Continue)
     }
@@ -222,6 +218,44 @@ impl Executive {
     /// After a failure that needed no motion: the next frame decides.
     pub(super) fn give_up_or_wait(&self, cycle: &Cycle<'_>) -> Answer {
         self.spent(cycle).map_or(Answer::Command(CommandKind::Continue), Answer::End)
+    }
+}
+
+/// What is waited for before there is a plan, in the order in which it comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Awaited {
+    /// An object that is confirmed.
+    Objects,
+    /// A scene without unconfirmed facts.
+    Settled,
+    /// The goal.
+    Goal,
+    /// Objects that the goal names.
+    Named,
+}
+
+impl Awaited {
+    /// What is waited for, and how far it has come; `named` are the objects that the goal names and
+    /// that are not in the scene.
+    fn of(scene: &Scene, named: &[Name]) -> (Self, String) {
+        let seen = scene.objects.iter().filter(|o| o.visibility != Visibility::Implied);
+        let n_objects = u32::try_from(seen.count()).unwrap_or(u32::MAX);
+        let confirmed = match n_objects {
+            0 => "no object confirmed yet".to_owned(),
+            n => format!("{} confirmed", counted(n, "object")),
+        };
+        if !named.is_empty() {
+            let names = join(named);
+            return (Self::Named, format!("objects of the goal: {names} ({confirmed})"));
+        }
+        match (n_objects, scene.unsettled) {
+            (0, _) => (Self::Objects, format!("the first settled scene: {confirmed}")),
+            (_, 0) => (Self::Goal, format!("the goal: {confirmed}, the goal is not resolved yet")),
+            (_, n) => {
+                let facts = counted(n, "unconfirmed fact");
+                (Self::Settled, format!("the first settled scene: {confirmed}, {facts}"))
+            }
+        }
     }
 }
 

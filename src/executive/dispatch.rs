@@ -81,12 +81,12 @@ impl Executive {
         let age_ms = age_ns / 1_000_000;
         let limit = cycle.config.limits.state_age_ms_max;
         if age_ms > limit {
-            let reason = format!("the newest scene is {age_ms} ms old (at most {limit} ms)");
+            let reason =
+                format!("the newest scene is {age_ms} ms old (limits.state_age_ms_max = {limit})");
             return Err(Refusal::NotYet(reason));
         }
         if !cycle.is_settled() {
-            let n = cycle.input.scene.unsettled;
-            return Err(Refusal::NotYet(format!("{n} facts are not confirmed yet")));
+            return Err(Refusal::NotYet(cycle.unsettled()));
         }
         let domain = &cycle.config.domain;
         let action = domain.action(step.action.as_str());
@@ -125,10 +125,7 @@ impl Executive {
         let limit = cycle.config.limits.revisits_max;
         (visits > limit + 1).then(|| Verdict::GaveUp {
             limit: Limit::Revisits,
-            detail: format!(
-                "going in circles: the same state was left {} times before",
-                visits - 1
-            ),
+            detail: format!("livelock: the same state was left {} times before", visits - 1),
         })
     }
 

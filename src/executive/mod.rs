@@ -26,6 +26,7 @@ use crate::skills::{Held, MotionConfig, SkillMap};
 pub use explain::deviations;
 pub use limits::Limits;
 
+use decide::Awaited;
 use planner_timeouts::PlannerTimeouts;
 use re_observing::ReObserving;
 use running::{Running, VerifyingEffects};
@@ -97,6 +98,8 @@ pub struct Executive {
     /// Doubts that another look did not remove.
     accepted_anomalies: BTreeSet<Anomaly>,
     unseen_frames: u32,
+    /// What people were last told to wait for.
+    awaited: Option<Awaited>,
     planner_timeouts: PlannerTimeouts,
     /// The picture that the last cycle rested on.
     last_frame: Option<u64>,
@@ -229,12 +232,22 @@ impl Cycle<'_> {
     fn is_settled(&self) -> bool {
         self.input.scene.unsettled == 0
     }
+
+    /// Why a scene that is not settled is looked at again.
+    fn unsettled(&self) -> String {
+        format!("scene not settled: {}", counted(self.input.scene.unsettled, "unconfirmed fact"))
+    }
 }
 
 /// What a cycle comes to.
 enum Answer {
     Command(CommandKind),
     End(Verdict),
+}
+
+/// A number of things for messages.
+fn counted(n: u32, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// A name list for messages.

@@ -34,7 +34,7 @@ impl Executive {
             return Answer::End(Verdict::GaveUp { limit: Limit::LatePlans, detail });
         }
         if self.planner_timeouts.n_plans == 1 && cycle.is_new_frame {
-            cycle.event(Event::Look { reason: format!("the planner is late ({limit})") });
+            cycle.event(Event::Look { reason: format!("no plan in time ({limit})") });
         }
         match self.phase {
             Phase::Running(_) => match self.moved(cycle).filter(|_| cycle.is_settled()) {

@@ -87,7 +87,7 @@ impl Executive {
         if self.looks < cycle.config.limits.looks_max {
             return Some(self.re_observe(cycle, &first.to_string()));
         }
-        cycle.event(Event::Look { reason: format!("no more: there is still {first}") });
+        cycle.event(Event::Look { reason: format!("accepted after repeated looks: {first}") });
         self.accepted_anomalies.extend(new);
         None
     }

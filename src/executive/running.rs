@@ -152,7 +152,7 @@ impl Executive {
         let Phase::Running(running) = &self.phase else { return None };
         let seconds = cycle.input.now_ns.saturating_sub(running.started_ns) as f64 / 1e9;
         let timeout_s = cycle.config.limits.skill_timeout_s;
-        (seconds > timeout_s).then(|| format!("it takes longer than {timeout_s} s"))
+        (seconds > timeout_s).then(|| format!("longer than limits.skill_timeout_s = {timeout_s}"))
     }
 
     /// Whether something that a running step goes to is no longer where it was.
@@ -162,7 +162,9 @@ impl Executive {
         running.targets.iter().find_map(|(name, planned)| {
             let object = cycle.input.scene.object(name.as_str())?;
             let moved = (object.volume?.centre - planned).norm();
-            (moved > limit).then(|| format!("{name} is {moved:.2} m from where it was"))
+            (moved > limit).then(|| {
+                format!("{name} has moved by {moved:.2} m (limits.target_moved_m_max = {limit})")
+            })
         })
     }
 
@@ -195,7 +197,7 @@ fn lacking(changes: &Changes, facts: &Facts) -> Option<String> {
         .iter()
         .find(|atom| !changes.add.contains(*atom) && facts.truth(atom) != Truth::False);
     not_added
-        .map(|atom| format!("{atom} is not seen"))
+        .map(|atom| format!("{atom} is not observed"))
         .or_else(|| not_deleted.map(|atom| format!("{atom} still holds")))
 }
 

@@ -54,7 +54,7 @@ pub enum Event {
         /// The step of the old plan that would have come next.
         old: Option<Step>,
     },
-    /// A running step is broken off.
+    /// A running step is cancelled.
     Cancel {
         /// The step.
         step: Step,
@@ -113,12 +113,12 @@ impl fmt::Display for Deviation {
             parts.push(format!("expected {}", list(&self.missing)));
         }
         if !self.seen.is_empty() {
-            parts.push(format!("see {}", list(&self.seen)));
+            parts.push(format!("observed {}", list(&self.seen)));
         } else if !self.missing.is_empty() {
-            parts.push("see that it does not hold".to_owned());
+            parts.push("observed that it does not hold".to_owned());
         }
         if !self.unknown.is_empty() {
-            parts.push(format!("cannot tell {}", list(&self.unknown)));
+            parts.push(format!("unknown {}", list(&self.unknown)));
         }
         f.write_str(&parts.join(", "))
     }

@@ -1,6 +1,7 @@
 //! Messages about the task: goal, scene, plan, outcomes.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use super::Rung;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
@@ -90,6 +91,30 @@ pub enum PlanVerdict {
         /// These, in order.
         atoms: Vec<Atom>,
     },
+}
+
+impl fmt::Display for PlanVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fn list<T: ToString>(items: &[T]) -> String {
+            items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        }
+        match self {
+            Self::Plan { steps, cost } => write!(f, "a plan of {} steps, cost {cost}", steps.len()),
+            Self::Unsolvable { proof, unknowns: false } => write!(f, "unsolvable: {proof}"),
+            Self::Unsolvable { proof, unknowns: true } => {
+                write!(f, "unsolvable while facts are unknown: {proof}")
+            }
+            Self::OutOfBudget { limit } => write!(f, "out of budget: {limit}"),
+            Self::Unsupported { feature } => write!(f, "unsupported: {feature}"),
+            Self::Missing { objects } if objects.is_empty() => f.write_str("no goal yet"),
+            Self::Missing { objects } => {
+                write!(f, "objects of the goal have not been seen: {}", list(objects))
+            }
+            Self::Inconsistent { atoms } => {
+                write!(f, "facts exclude each other: {}", list(atoms))
+            }
+        }
+    }
 }
 
 /// A plan for one scene.

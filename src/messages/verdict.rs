@@ -19,7 +19,7 @@ pub enum Limit {
     Failures,
     /// `limits.revisits_max`.
     Revisits,
-    /// `limits.skill_timeout_s`, twice: the robot did not even break off.
+    /// `limits.skill_timeout_s`, twice: the robot did not even confirm the cancel.
     SkillTimeout,
     /// The planner does not understand the domain or the goal.
     Planner,
@@ -104,11 +104,15 @@ impl Verdict {
     pub fn reason(&self) -> String {
         match self {
             Self::Reached => "the goal holds in a confirmed state".to_owned(),
-            Self::Planned => "the plan rests on a confirmed state; there is no robot".to_owned(),
+            Self::Planned => "planned from a confirmed state; no robot is configured".to_owned(),
             Self::Unsolvable { proof } => format!("no plan exists: {proof}"),
             Self::GaveUp { limit, detail } => format!("{}: {detail}", limit.key()),
-            Self::Stopped(Stop::Interrupt) => "interrupted; the robot holds".to_owned(),
-            Self::Stopped(Stop::Terminate) => "terminated; the robot holds".to_owned(),
+            Self::Stopped(Stop::Interrupt) => {
+                "interrupted (SIGINT); the robot was told to hold".to_owned()
+            }
+            Self::Stopped(Stop::Terminate) => {
+                "terminated (SIGTERM); the robot was told to hold".to_owned()
+            }
         }
     }
 }

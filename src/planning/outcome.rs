@@ -21,9 +21,9 @@ pub enum Outcome {
         /// Its value.
         value: u64,
     },
-    /// The task uses something this planner does not understand.
+    /// The task uses a feature that this planner does not support.
     Unsupported {
-        /// What.
+        /// Its name.
         feature: String,
     },
     /// The objects, facts, goal or costs do not fit the domain.
@@ -33,19 +33,54 @@ pub enum Outcome {
     },
 }
 
+impl Outcome {
+    /// The word for it in reports.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Solved(_) => "solved",
+            Self::Unsolvable { .. } => "unsolvable",
+            Self::OutOfBudget { .. } => "out-of-budget",
+            Self::Unsupported { .. } => "unsupported",
+            Self::BadInput { .. } => "bad-input",
+        }
+    }
+
+    /// Why there is no plan: the proof, the limit with its value, the feature, or what does not
+    /// fit. `None` when there is one.
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Self::Solved(_) => None,
+            Self::Unsolvable { proof } => Some(proof.to_string()),
+            Self::OutOfBudget { limit, value } => Some(format!("{limit} = {value}")),
+            Self::Unsupported { feature } => Some(feature.clone()),
+            Self::BadInput { reason } => Some(reason.clone()),
+        }
+    }
+}
+
+/// One line: the word, then why there is no plan, or how long the plan is.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self, self.reason()) {
+            (Self::Solved(plan), _) => write!(f, "solved: a plan of {} steps", plan.steps.len()),
+            (_, reason) => write!(f, "{}: {}", self.word(), reason.unwrap_or_default()),
+        }
+    }
+}
+
 /// Why no plan exists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proof {
-    /// Grounding found that the goal can never hold.
+    /// Grounding simplified the goal to false.
     GoalFalse,
-    /// The goal cannot be reached even in the delete relaxation.
+    /// The goal is unreachable even in the delete relaxation.
     RelaxedUnreachable,
-    /// Every state that can be reached and is no dead end of the relaxation was looked at.
+    /// Every reachable state that is no dead end of the delete relaxation was expanded.
     Exhausted {
         /// How many there are.
         n_states: usize,
     },
-    /// Another planner says so; groundloop has not checked it.
+    /// An external planner reports it; it has not been verified here.
     OtherPlanner,
 }
 
@@ -64,17 +99,15 @@ impl Proof {
 impl fmt::Display for Proof {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::GoalFalse => {
-                f.write_str("the goal cannot hold even if nothing ever stopped being possible")
-            }
-            Self::OtherPlanner => {
-                f.write_str("the other planner has looked at everything that can matter")
-            }
+            Self::GoalFalse => f.write_str("the goal simplifies to false during grounding"),
             Self::RelaxedUnreachable => {
-                f.write_str("the goal cannot be reached even if whatever held once held forever")
+                f.write_str("the goal is unreachable even in the delete relaxation")
             }
             Self::Exhausted { n_states } => {
-                write!(f, "all {n_states} states that can matter were looked at")
+                write!(f, "the search is exhausted after {n_states} states, dead ends left out")
+            }
+            Self::OtherPlanner => {
+                f.write_str("the external planner reports it; this has not been verified")
             }
         }
     }
@@ -116,5 +149,46 @@ impl Statistics {
     /// States expanded by all searches.
     pub fn expanded(&self) -> u64 {
         self.phases.iter().map(|p| p.expanded).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_outcome_is_told_in_words() {
+        let solved = Plan {
+            steps: Vec::new(),
+            cost: 0,
+            cost_scale: 1,
+            penalty: 0,
+            proven_optimal: true,
+            lower_bound: 0,
+        };
+        let feature = "numeric fluents".to_owned();
+        let outcomes = [
+            Outcome::Solved(solved),
+            Outcome::Unsolvable { proof: Proof::GoalFalse },
+            Outcome::Unsolvable { proof: Proof::RelaxedUnreachable },
+            Outcome::Unsolvable { proof: Proof::Exhausted { n_states: 7 } },
+            Outcome::Unsolvable { proof: Proof::OtherPlanner },
+            Outcome::OutOfBudget { limit: "greedy_expansions_max", value: 2 },
+            Outcome::Unsupported { feature },
+            Outcome::BadInput { reason: "expected an object, got cup".to_owned() },
+        ];
+        assert_eq!(
+            outcomes.map(|outcome| outcome.to_string()),
+            [
+                "solved: a plan of 0 steps",
+                "unsolvable: the goal simplifies to false during grounding",
+                "unsolvable: the goal is unreachable even in the delete relaxation",
+                "unsolvable: the search is exhausted after 7 states, dead ends left out",
+                "unsolvable: the external planner reports it; this has not been verified",
+                "out-of-budget: greedy_expansions_max = 2",
+                "unsupported: numeric fluents",
+                "bad-input: expected an object, got cup",
+            ]
+        );
     }
 }

@@ -148,12 +148,11 @@ fn failures(name: &str, domain: &DomainReport) -> Table {
     table.load_preset(presets::NOTHING);
     table.set_header([name, "exemplar", "test", "stage", "why"]);
     for failure in &domain.failures {
-        let stage = format!("{:?}", failure.stage).to_lowercase();
         table.add_row([
             Cell::new("failure"),
             right(failure.exemplar),
             right(failure.test),
-            Cell::new(stage),
+            Cell::new(failure.stage.word()),
             Cell::new(&failure.why),
         ]);
     }

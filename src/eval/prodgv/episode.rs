@@ -101,6 +101,18 @@ pub enum Stage {
     Planning,
 }
 
+impl Stage {
+    /// Its name in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Detection => "detection",
+            Self::Grounding => "grounding",
+            Self::Goal => "goal",
+            Self::Planning => "planning",
+        }
+    }
+}
+
 /// A pair whose plan fails or whose state is not exactly right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Failure {

@@ -53,8 +53,8 @@ fn caption(episode: &Episode) -> Vec<(String, String)> {
     let (exemplar, test) = episode.pair;
     let verdict = match (&episode.success, &episode.failure) {
         (Ok(()), None) => "success".to_owned(),
-        (Ok(()), Some(failure)) => format!("success, {:?} wrong", failure.stage).to_lowercase(),
-        (Err(_), Some(failure)) => format!("fails: {:?}", failure.stage).to_lowercase(),
+        (Ok(()), Some(failure)) => format!("success, {} wrong", failure.stage.word()),
+        (Err(_), Some(failure)) => format!("fails: {}", failure.stage.word()),
         (Err(_), None) => "failure".to_owned(),
     };
     let facts = format!("{} right", episode.score.tp);

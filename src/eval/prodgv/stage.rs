@@ -67,7 +67,7 @@ fn cause(
         (Some(Outcome::Solved(_)), Err(why)) => {
             (Stage::Grounding, format!("the plan fails from the true state: {why}"))
         }
-        (Some(outcome), _) => (Stage::Planning, told(outcome)),
+        (Some(outcome), _) => (Stage::Planning, outcome.to_string()),
         (None, _) => (Stage::Planning, "nothing was planned".to_owned()),
     }
 }
@@ -109,7 +109,7 @@ fn goal_fault(
         outcome @ (Outcome::Unsolvable { .. }
         | Outcome::Unsupported { .. }
         | Outcome::BadInput { .. }) => {
-            Some(format!("cannot be reached from the true state: {}", told(&outcome)))
+            Some(format!("cannot be reached from the true state: {outcome}"))
         }
     }
 }
@@ -160,15 +160,5 @@ fn listed(names: &[String]) -> String {
     match names.len().saturating_sub(NAMED_MAX) {
         0 => shown,
         n_more => format!("{shown} and {n_more} more"),
-    }
-}
-
-fn told(outcome: &Outcome) -> String {
-    match outcome {
-        Outcome::Solved(plan) => format!("a plan of {} steps", plan.steps.len()),
-        Outcome::Unsolvable { proof } => format!("no plan: {proof}"),
-        Outcome::OutOfBudget { limit, value } => format!("no plan within {limit} = {value}"),
-        Outcome::Unsupported { feature } => format!("{feature} are not supported"),
-        Outcome::BadInput { reason } => reason.clone(),
     }
 }

@@ -52,7 +52,8 @@ fn nothing_leaves_on_a_scene_that_is_too_old() {
     episode.age_ms = limit + 1;
     let decision = episode.plan(&[PICK]).cycle();
     assert_eq!(decision.command.kind, CommandKind::Continue);
-    let expect = format!("the newest scene is {} ms old (at most {limit} ms)", limit + 1);
+    let expect =
+        format!("the newest scene is {} ms old (limits.state_age_ms_max = {limit})", limit + 1);
     assert_eq!(reasons(&decision), [expect]);
     episode.age_ms = limit;
     assert!(started(&episode.cycle()).is_some());
@@ -64,7 +65,7 @@ fn nothing_leaves_on_a_scene_that_is_not_settled() {
     episode.scene.unsettled = 1;
     let decision = episode.plan(&[PICK]).cycle();
     assert_eq!(decision.command.kind, CommandKind::Continue);
-    assert_eq!(reasons(&decision), ["the scene is not settled"]);
+    assert_eq!(reasons(&decision), ["scene not settled: 1 unconfirmed fact"]);
     episode.scene.unsettled = 0;
     assert!(started(&episode.cycle()).is_some());
 }
@@ -92,7 +93,10 @@ fn another_first_step_breaks_the_running_one_off_as_long_as_it_can_go_back() {
         let decision = episode.plan(&[STACK_ON_GREEN]).cycle();
         assert_eq!(decision.command.kind, expect, "in phase {phase}");
         if expect == CommandKind::Cancel {
-            assert_eq!(reasons(&decision), ["(stack red_block green_block arm) comes first now"]);
+            assert_eq!(
+                reasons(&decision),
+                ["the plan now starts with (stack red_block green_block arm)"]
+            );
             let again = episode.cycle();
             assert_eq!(again.command.kind, CommandKind::Continue, "said once");
         }
@@ -154,7 +158,10 @@ fn a_target_that_has_moved_too_far_breaks_off() {
     episode.move_object("blue_block", limit * 0.2);
     let decision = episode.cycle();
     assert_eq!(decision.command.kind, CommandKind::Cancel);
-    assert_eq!(reasons(&decision), ["blue_block is 0.03 m from where it was"]);
+    assert_eq!(
+        reasons(&decision),
+        ["blue_block has moved by 0.03 m (limits.target_moved_m_max = 0.03)"]
+    );
 }
 
 #[test]
@@ -185,8 +192,12 @@ fn a_step_that_is_done_is_seen_to_be_done() {
 #[test]
 fn a_step_that_is_done_without_effect_has_failed() {
     let cases: [(&[[&str; 2]], _, _); 2] = [
-        (&[], Some("red_block"), "done, but (clear red_block) is not seen"),
-        (&[["red_block", "green_block"]], None, "done, but (on red_block blue_block) is not seen"),
+        (&[], Some("red_block"), "done, but (clear red_block) is not observed"),
+        (
+            &[["red_block", "green_block"]],
+            None,
+            "done, but (on red_block blue_block) is not observed",
+        ),
     ];
     for (on, held, expect) in cases {
         let mut episode = stacking();
@@ -263,7 +274,7 @@ fn a_change_from_outside_is_told_as_expected_and_seen() {
             Some(deviation.to_string())
         })
         .collect();
-    assert_eq!(told, ["expected (on red_block blue_block), see (ontable red_block)"]);
+    assert_eq!(told, ["expected (on red_block blue_block), observed (ontable red_block)"]);
     let cause = ReplanCause::Deviation(Deviation {
         missing: vec![atom("on red_block blue_block")],
         seen: vec![atom("ontable red_block")],

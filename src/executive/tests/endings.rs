@@ -63,7 +63,7 @@ fn no_plan_is_final_only_where_everything_is_known() {
     let looks_max = unsure.config.limits.looks_max;
     let (n, verdict) = unsure.run_out(looks_max + 1);
     assert_eq!(n, looks_max + 1);
-    let detail = "no plan without the unknown facts (no action adds it)";
+    let detail = "no plan from the known facts alone (no action adds it)";
     check(&verdict, "limits.looks_max", detail);
 }
 
@@ -88,7 +88,7 @@ fn cycles_seconds_and_looks_are_bounded() {
     episode.scene.unsettled = 1;
     let (n, verdict) = episode.plan(&[PICK]).run_out(9);
     assert_eq!(n, 5);
-    check(&verdict, "limits.looks_max", "the scene is not settled");
+    check(&verdict, "limits.looks_max", "scene not settled: 1 unconfirmed fact");
 }
 
 #[test]
@@ -113,10 +113,60 @@ fn an_object_that_is_never_seen_is_named() {
     episode.config.limits.unseen_frames_max = 4;
     episode.plan = PlanVerdict::Missing { objects: vec!["pink_block".into(), "cup".into()] };
     let first = episode.cycle();
-    assert_eq!(reasons(&first), ["the goal names pink_block, cup, which nobody has seen yet"]);
+    let text = "waiting for objects of the goal: pink_block, cup (3 objects confirmed)";
+    assert_eq!(reasons(&first), [text]);
     let (n, verdict) = episode.run_out(9);
     assert_eq!(n, 4);
-    check(&verdict, "limits.unseen_frames_max", "never seen: pink_block, cup");
+    check(&verdict, "limits.unseen_frames_max", &format!("after 4 frames still {text}"));
+}
+
+/// Before there is a plan, what is missing is told, and told again when something else is missing.
+#[test]
+fn what_the_first_plan_waits_for_is_told() {
+    let mut episode = Episode::new();
+    episode.plan = PlanVerdict::Missing { objects: Vec::new() };
+    let objects = std::mem::take(&mut episode.scene.objects);
+    let mut next = |objects: &[SceneObject], unsettled: u32| {
+        episode.scene.objects = objects.to_vec();
+        episode.scene.unsettled = unsettled;
+        reasons(&episode.cycle()).concat()
+    };
+    assert_eq!(next(&[], 0), "waiting for the first settled scene: no object confirmed yet");
+    assert_eq!(
+        next(&objects, 4),
+        "waiting for the first settled scene: 3 objects confirmed, 4 unconfirmed facts"
+    );
+    assert_eq!(next(&objects, 3), "", "told once");
+    assert_eq!(
+        next(&objects, 0),
+        "waiting for the goal: 3 objects confirmed, the goal is not resolved yet"
+    );
+    assert_eq!(next(&objects, 1), "", "no step back is told");
+}
+
+/// Why a running step is cancelled is told in words, whatever the planner has answered.
+#[test]
+fn a_plan_that_is_gone_is_told_in_words() {
+    let proof = || "dead end".to_owned();
+    for (verdict, words) in [
+        (PlanVerdict::Unsolvable { proof: proof(), unknowns: false }, "unsolvable: dead end"),
+        (
+            PlanVerdict::Unsolvable { proof: proof(), unknowns: true },
+            "unsolvable while facts are unknown: dead end",
+        ),
+        (PlanVerdict::Unsupported { feature: "axioms".to_owned() }, "unsupported: axioms"),
+        (PlanVerdict::Missing { objects: Vec::new() }, "no goal yet"),
+        (
+            PlanVerdict::Missing { objects: vec!["cup".into()] },
+            "objects of the goal have not been seen: cup",
+        ),
+    ] {
+        let mut episode = Episode::new();
+        episode.start(PICK);
+        episode.plan = verdict;
+        let told = format!("no plan from the present state: {words}");
+        assert_eq!(reasons(&episode.cycle()), [told.as_str()]);
+    }
 }
 
 /// While a slow detector works beside the loop, its last scene is carried over many frames.
@@ -133,7 +183,11 @@ fn a_scene_that_is_carried_forward_is_not_another_look() {
             assert_eq!((decision.verdict, decision.events), (None, Vec::new()));
         }
     }
-    check(&episode.cycle().verdict.unwrap(), "limits.looks_max", "the scene is not settled");
+    check(
+        &episode.cycle().verdict.unwrap(),
+        "limits.looks_max",
+        "scene not settled: 1 unconfirmed fact",
+    );
 }
 
 #[test]
@@ -182,11 +236,7 @@ fn going_in_circles_ends() {
         episode.see(&blocks(&[], Some("red_block"))).plan(&[DOWN]).hear(&[StatusKind::Done]);
     };
     assert_eq!(n_picks, 3, "once, and two returns");
-    check(
-        &verdict,
-        "limits.revisits_max",
-        "going in circles: the same state was left 3 times before",
-    );
+    check(&verdict, "limits.revisits_max", "livelock: the same state was left 3 times before");
 }
 
 #[test]
@@ -210,10 +260,10 @@ fn a_step_that_takes_too_long_is_broken_off_and_a_dead_robot_ends_the_episode() 
     }
     let decision = episode.cycle();
     assert_eq!(decision.command.kind, CommandKind::Cancel);
-    assert_eq!(reasons(&decision), [format!("it takes longer than {timeout_s} s")]);
+    assert_eq!(reasons(&decision), [format!("longer than limits.skill_timeout_s = {timeout_s}")]);
     let (n, verdict) = episode.run_out(n_frames * 2);
     assert_eq!(n, n_frames + 1);
-    check(&verdict, "limits.skill_timeout_s", "the robot does not break off");
+    check(&verdict, "limits.skill_timeout_s", "cancel not confirmed within 15 s");
 }
 
 /// Also where the motion may not be broken off otherwise, in a scene that does not settle; and it
@@ -246,8 +296,8 @@ fn what_the_planner_does_not_understand_is_named() {
 #[test]
 fn a_stop_from_outside_holds_the_robot_and_says_so() {
     for (stop, code, reason) in [
-        (Stop::Interrupt, 130, "interrupted; the robot holds"),
-        (Stop::Terminate, 143, "terminated; the robot holds"),
+        (Stop::Interrupt, 130, "interrupted (SIGINT); the robot was told to hold"),
+        (Stop::Terminate, 143, "terminated (SIGTERM); the robot was told to hold"),
     ] {
         let mut episode = Episode::new();
         episode.start(PICK);

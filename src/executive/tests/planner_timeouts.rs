@@ -34,7 +34,7 @@ fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
     episode.plan = planner_timeouts();
     let first = episode.cycle();
     assert_eq!((&first.command.kind, &first.verdict), (&CommandKind::Hold, &None));
-    assert_eq!(reasons(&first), ["the planner is late (deadline_ms = 20)"]);
+    assert_eq!(reasons(&first), ["no plan in time (deadline_ms = 20)"]);
     for _ in 0..2 {
         let decision = episode.cycle();
         assert_eq!(decision.events, []);
@@ -65,7 +65,8 @@ fn facts_that_exclude_each_other_are_looked_at_again_and_named_in_the_end() {
     assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
     let (n, verdict) = episode.run_out(9);
     assert_eq!(n, 4);
-    let reason = "limits.looks_max: these facts exclude each other: (holding red_block), (ontable red_block)";
+    let reason =
+        "limits.looks_max: mutually exclusive facts: (holding red_block), (ontable red_block)";
     assert_eq!(verdict.reason(), reason);
     // Right again: the loop goes on.
     let mut repaired = Episode::new();

@@ -56,7 +56,7 @@ fn a_doubt_that_stays_is_told_and_put_up_with() {
         assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
     }
     let decision = episode.cycle();
-    assert_eq!(reasons(&decision), ["no more: there is still nothing under red_block"]);
+    assert_eq!(reasons(&decision), ["accepted after repeated looks: nothing under red_block"]);
     assert!(started(&decision).is_some());
     episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
     assert!(started(&episode.cycle()).is_some(), "looked into already");

@@ -73,7 +73,8 @@ pub enum ExemplarError {
     #[error("expected at least one labelled example, got none")]
     Empty,
     /// Examples of different image sizes: their pixels cannot be compared.
-    #[error("{file}: expected an image of {expected:?} like the other examples, got {got:?}")]
+    #[error("{file}: expected an image of {}x{} pixels like the other exemplars, got {}x{}",
+            .expected[0], .expected[1], .got[0], .got[1])]
     Size {
         /// The file of the differing example's boxes.
         file: String,
@@ -135,7 +136,7 @@ impl Exemplar {
             let volume = Aabb::deserialize(&value)
                 .map_err(|e| fail("a centre and an extent", format!("{value} ({e})")))?;
             if !volume.is_valid() {
-                return Err(fail("finite numbers and positive extents", format!("{volume:?}")));
+                return Err(fail("finite numbers and positive extents", value.to_string()));
             }
             let Some(object) = self.objects.iter_mut().find(|object| object.name == name) else {
                 return Err(fail("an object that has a box", "none".to_owned()));
