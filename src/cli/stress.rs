@@ -84,7 +84,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         write_logs(&logs, folder)?;
     }
     if let Some(path) = &args.plot {
-        write(path, &plot(&report, &logs))?;
+        write(path, &plot(&report, &logs)?)?;
     }
     if let Some(path) = &args.save {
         write(path, &serde_json::to_string_pretty(&report).map_err(Failure::internal)?)?;
@@ -287,6 +287,7 @@ impl From<StressError> for Failure {
             StressError::Config(error) => error.into(),
             StressError::Transport(error) => error.into(),
             StressError::Fatal(error) => crate::run::RunError::from(error).into(),
+            StressError::Plot { .. } => Self::internal(error),
             StressError::Silent { .. } => Self { message: error.to_string(), code: exit::GAVE_UP },
             StressError::Wire(error) => Self::bad_input(error),
         }

@@ -1,7 +1,7 @@
 //! Edges of the graph as curved arrows between objects.
 
-use super::canvas::{Area, Canvas, Point};
-use super::labels::Label;
+use super::area::{Area, Point};
+use super::canvas::{Canvas, Line};
 use super::text::{Face, Fonts, Style};
 use super::{EdgeKind, EdgeMark, Item, palette};
 
@@ -11,6 +11,8 @@ const SAMPLES: usize = 24;
 const DOT: f32 = 6.0;
 /// Length of an arrow head.
 const HEAD: f32 = 15.0;
+/// Length of a dash, and of the gap after it with the line's round ends.
+const DASH: [f32; 2] = [9.0, 10.0];
 
 /// One edge, laid out.
 #[derive(Debug)]
@@ -107,8 +109,8 @@ fn bow(from: Point, to: Point, side: f32, rank: usize) -> Vec<Point> {
     points
 }
 
-/// Draws all curves, then their labels where there is room.
-pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], labels: &[Label], fonts: &Fonts) {
+/// Draws all curves, then their labels where there is room beside what is `taken`.
+pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], mut taken: Vec<Area>, fonts: &Fonts) {
     // What is missing lies below what was recognised, what is wrong above.
     for kind in [EdgeKind::Missing, EdgeKind::Seen, EdgeKind::Wrong] {
         for curve in curves.iter().filter(|curve| curve.kind == kind) {
@@ -120,7 +122,6 @@ pub(super) fn draw(canvas: &mut Canvas, curves: &[Curve], labels: &[Label], font
             canvas.disc(start, DOT, curve.colour(), 1.0);
         }
     }
-    let mut taken: Vec<Area> = labels.iter().map(|label| label.area).collect();
     for curve in curves {
         let Some(label) = &curve.label else { continue };
         if let Some(area) = place_label(label, curve, curves, &taken, fonts) {
@@ -146,45 +147,16 @@ fn draw_curve(canvas: &mut Canvas, curve: &Curve) {
     let line: Vec<Point> = curve.points.iter().filter(inside).copied().collect();
     let ahead = (tip.0 + direction.0 * 2.5, tip.1 + direction.1 * 2.5);
 
-    let pieces = match curve.kind {
-        EdgeKind::Seen | EdgeKind::Wrong => vec![line],
-        EdgeKind::Missing => dashes(&line),
+    let dash = match curve.kind {
+        EdgeKind::Seen | EdgeKind::Wrong => None,
+        EdgeKind::Missing => Some(DASH),
     };
-    for piece in &pieces {
-        canvas.stroke(piece, 7.0, palette::SHADE, 0.55);
-    }
+    let shade = Line { width: 7.0, colour: palette::SHADE, alpha: 0.55, dash };
+    canvas.stroke(&line, &shade);
     canvas.disc(start, DOT + 2.0, palette::SHADE, 0.55);
     canvas.arrow_head(ahead, direction, head + 5.5, palette::SHADE, 0.55);
-    for piece in &pieces {
-        canvas.stroke(piece, 3.2, colour, 1.0);
-    }
+    canvas.stroke(&line, &Line { width: 3.2, colour, alpha: 1.0, dash });
     canvas.arrow_head(tip, direction, head, colour, 1.0);
-}
-
-/// Length of a dash, and of the gap after it with the line's round ends.
-const DASH: [f32; 2] = [9.0, 10.0];
-
-/// A line in pieces.
-fn dashes(line: &[Point]) -> Vec<Vec<Point>> {
-    let (mut pieces, mut piece) = (Vec::new(), Vec::new());
-    let mut along = 0.0;
-    for pair in line.windows(2) {
-        let [from, to] = [pair[0], pair[1]];
-        let length = (to.0 - from.0).hypot(to.1 - from.1);
-        let n_steps = length.ceil().max(1.0) as usize;
-        for step in 0..n_steps {
-            let part = step as f32 / n_steps as f32;
-            let point = (from.0 + (to.0 - from.0) * part, from.1 + (to.1 - from.1) * part);
-            if (along + length * part).rem_euclid(DASH[0] + DASH[1]) < DASH[0] {
-                piece.push(point);
-            } else if !piece.is_empty() {
-                pieces.push(std::mem::take(&mut piece));
-            }
-        }
-        along += length;
-    }
-    pieces.push(piece);
-    pieces
 }
 
 const LABEL: Style = Style { face: Face::Mono, size: 19.0, colour: palette::TEXT };

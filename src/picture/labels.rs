@@ -1,6 +1,7 @@
 //! Name labels beside their boxes, placed so that they hide as little as possible.
 
-use super::canvas::{Area, Canvas, Point};
+use super::area::{Area, Point};
+use super::canvas::{Canvas, Line};
 use super::edges::Curve;
 use super::text::{Face, Fonts, Style};
 use super::{Item, palette};
@@ -151,8 +152,8 @@ fn leader(object: &Area, label: &Area) -> [Point; 2] {
 pub(super) fn draw_leaders(canvas: &mut Canvas, items: &[Item<'_>], labels: &[Label]) {
     for (item, label) in items.iter().zip(labels) {
         let line = leader(&item.area, &label.area);
-        canvas.stroke(&line, 4.5, palette::SHADE, 0.5);
-        canvas.stroke(&line, 2.0, palette::lighten(item.colour()), 0.9);
+        canvas.stroke(&line, &Line::unbroken(4.5, palette::SHADE, 0.5));
+        canvas.stroke(&line, &Line::unbroken(2.0, palette::lighten(item.colour()), 0.9));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Draws what was understood onto the frame it was understood from: boxes, names, the recognised
 //! graph, and beside them the goal and the plan. Pure and deterministic.
 
+mod area;
 mod canvas;
 mod edges;
 mod labels;
@@ -20,7 +21,8 @@ use crate::geometry::PixelBox;
 use crate::logic::Truth;
 use crate::pddl::Name;
 use crate::scene::Visibility;
-use canvas::{Area, Canvas, Line};
+use area::Area;
+use canvas::{Canvas, Line};
 use text::Fonts;
 
 /// The frame is scaled to fit this, in pixels of the picture.
@@ -134,6 +136,14 @@ pub enum PictureError {
         /// Its name.
         font: &'static str,
     },
+    /// There is no memory for the picture.
+    #[error("no picture of {width} x {height} pixels can be made")]
+    Size {
+        /// Its columns.
+        width: u32,
+        /// Its rows.
+        height: u32,
+    },
 }
 
 /// Draws the frame with everything in `input`; the frame comes first, the panel to its right.
@@ -142,7 +152,7 @@ pub enum PictureError {
 /// size in every picture. Boxes outside the frame are cut at its edge.
 ///
 /// # Errors
-/// [`PictureError::Font`] when the built-in font is broken.
+/// [`PictureError`] when the built-in font is broken or there is no memory for the picture.
 pub fn draw(frame: &RgbImage, input: &PictureInput<'_>) -> Result<RgbImage, PictureError> {
     let fonts = Fonts::load()?;
     let (shown, origin) = cut_to(frame, input.view);
@@ -151,7 +161,7 @@ pub fn draw(frame: &RgbImage, input: &PictureInput<'_>) -> Result<RgbImage, Pict
         (scaled.width().max(FRAME_SIZE_MIN.0), scaled.height().max(FRAME_SIZE_MIN.1));
     let left = (frame_width - scaled.width()) / 2;
     let top = (frame_height - scaled.height()) / 2;
-    let mut canvas = Canvas::new(frame_width + panel::WIDTH, frame_height, palette::BACKDROP);
+    let mut canvas = Canvas::new(frame_width + panel::WIDTH, frame_height, palette::BACKDROP)?;
     canvas.paste(&scaled, left, top);
 
     let shown = Area::new(0.0, 0.0, frame_width as f32, frame_height as f32);
@@ -170,7 +180,8 @@ pub fn draw(frame: &RgbImage, input: &PictureInput<'_>) -> Result<RgbImage, Pict
         draw_box(&mut canvas, item);
     }
     labels::draw_leaders(&mut canvas, &items, &labels);
-    edges::draw(&mut canvas, &curves, &labels, &fonts);
+    let taken = labels.iter().map(|label| label.area).collect();
+    edges::draw(&mut canvas, &curves, taken, &fonts);
     labels::draw(&mut canvas, &items, &labels, &fonts);
     panel::draw(&mut canvas, input, &fonts, frame_width as f32);
     Ok(canvas.finish())
@@ -260,7 +271,7 @@ fn draw_box(canvas: &mut Canvas, item: &Item<'_>) {
     let colour = palette::lighten(item.colour());
     let (width, dash) = match item.mark.visibility {
         Visibility::Visible | Visibility::Implied => (3.0, None),
-        Visibility::Hidden => (3.0, Some(10.0)),
+        Visibility::Hidden => (3.0, Some([11.0, 9.0])),
         Visibility::Held => (5.0, None),
     };
     let area = item.area.grown(1.5);

@@ -1,6 +1,7 @@
 //! The panel beside the frame: caption, instruction, goal, plan, what the arrows mean.
 
-use super::canvas::{Area, Canvas, Point};
+use super::area::{Area, Point};
+use super::canvas::{Canvas, Line};
 use super::text::{Face, Fonts, Style};
 use super::{EdgeKind, PictureInput, RemarkKind, edges, palette};
 use crate::logic::Truth;
@@ -143,7 +144,7 @@ impl Pen<'_, '_> {
         let counts = [
             (count(RemarkKind::Wrong), "wrong"),
             (count(RemarkKind::Missing), "missing"),
-            (count(RemarkKind::Anomaly), "in anomaly"),
+            (count(RemarkKind::Anomaly), "in doubt"),
         ];
         let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
         self.heading("FACTS", &counts.collect::<Vec<_>>().join(", "));
@@ -152,12 +153,13 @@ impl Pen<'_, '_> {
             let (x, y) = (self.x + 9.0, self.y + MARK);
             match remark.kind {
                 RemarkKind::Wrong => {
-                    let (a, b) = (5.5, palette::WRONG);
-                    self.canvas.stroke(&[(x - a, y - a), (x + a, y + a)], 3.0, b, 1.0);
-                    self.canvas.stroke(&[(x - a, y + a), (x + a, y - a)], 3.0, b, 1.0);
+                    let (a, line) = (5.5, Line::unbroken(3.0, palette::WRONG, 1.0));
+                    self.canvas.stroke(&[(x - a, y - a), (x + a, y + a)], &line);
+                    self.canvas.stroke(&[(x - a, y + a), (x + a, y - a)], &line);
                 }
                 RemarkKind::Missing => {
-                    self.canvas.stroke(&[(x - 6.0, y), (x + 6.0, y)], 3.0, palette::MISSING, 1.0);
+                    let line = Line::unbroken(3.0, palette::MISSING, 1.0);
+                    self.canvas.stroke(&[(x - 6.0, y), (x + 6.0, y)], &line);
                 }
                 RemarkKind::Anomaly => self.canvas.disc((x, y), 5.0, palette::DOUBT, 1.0),
             }
@@ -221,7 +223,7 @@ impl Pen<'_, '_> {
 
     fn check(&mut self, (x, y): Point, colour: [u8; 3]) {
         let points = [(x - 7.0, y + 1.0), (x - 2.0, y + 6.0), (x + 7.0, y - 6.0)];
-        self.canvas.stroke(&points, 3.0, colour, 1.0);
+        self.canvas.stroke(&points, &Line::unbroken(3.0, colour, 1.0));
     }
 
     /// One arrow with its name for each look, in one line.
@@ -239,7 +241,8 @@ impl Pen<'_, '_> {
             self.canvas.disc((x + 4.0, y), 4.0, colour, 1.0);
             let line: &[[f32; 2]] = if *dashed { &[[12.0, 15.0]] } else { &[[4.0, 22.0]] };
             for [from, to] in line {
-                self.canvas.stroke(&[(x + from, y), (x + to, y)], 3.0, colour, 1.0);
+                let line = Line::unbroken(3.0, colour, 1.0);
+                self.canvas.stroke(&[(x + from, y), (x + to, y)], &line);
             }
             self.canvas.arrow_head((x + 34.0, y), (1.0, 0.0), 13.0, colour, 1.0);
             self.fonts.draw(self.canvas, name, (x + 44.0, self.y), CODE);

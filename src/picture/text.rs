@@ -1,9 +1,11 @@
 //! Text: measuring, cutting, wrapping, drawing.
 
-use ab_glyph::{Font as _, FontRef, PxScale, ScaleFont as _, point};
+use tiny_skia::PathBuilder;
+use ttf_parser::{Face as Font, GlyphId, OutlineBuilder};
 
 use super::PictureError;
-use super::canvas::{Canvas, Point};
+use super::area::Point;
+use super::canvas::Canvas;
 
 /// Which of the two faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,14 +27,69 @@ pub(super) struct Style {
 /// The built-in fonts.
 #[derive(Debug)]
 pub(super) struct Fonts {
-    mono: FontRef<'static>,
-    sans: FontRef<'static>,
+    mono: Font<'static>,
+    sans: Font<'static>,
+}
+
+/// A font at a size: what its units are in pixels.
+struct Scaled<'f> {
+    font: &'f Font<'static>,
+    scale: f32,
+}
+
+impl Scaled<'_> {
+    fn glyph(&self, c: char) -> GlyphId {
+        self.font.glyph_index(c).unwrap_or_default()
+    }
+
+    fn advance(&self, glyph: GlyphId) -> f32 {
+        f32::from(self.font.glyph_hor_advance(glyph).unwrap_or(0)) * self.scale
+    }
+}
+
+/// Writes a glyph's outline, in font units with y up, to a path in pixels with y down.
+struct OutlinePen<'p> {
+    path: &'p mut PathBuilder,
+    origin: Point,
+    scale: f32,
+}
+
+impl OutlinePen<'_> {
+    fn at(&self, x: f32, y: f32) -> Point {
+        (self.origin.0 + x * self.scale, self.origin.1 - y * self.scale)
+    }
+}
+
+impl OutlineBuilder for OutlinePen<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.move_to(x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let (x, y) = self.at(x, y);
+        self.path.line_to(x, y);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
+        self.path.quad_to(x1, y1, x, y);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
+        self.path.cubic_to(x1, y1, x2, y2, x, y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
 }
 
 impl Fonts {
     pub(super) fn load() -> Result<Self, PictureError> {
         let read = |bytes: &'static [u8], font| {
-            FontRef::try_from_slice(bytes).map_err(|_broken| PictureError::Font { font })
+            Font::parse(bytes, 0).map_err(|_broken| PictureError::Font { font })
         };
         Ok(Self {
             mono: read(epaint_default_fonts::HACK_REGULAR, "Hack")?,
@@ -40,17 +97,19 @@ impl Fonts {
         })
     }
 
-    fn face(&self, face: Face) -> &FontRef<'static> {
-        match face {
+    fn scaled(&self, style: Style) -> Scaled<'_> {
+        let font = match style.face {
             Face::Mono => &self.mono,
             Face::Sans => &self.sans,
-        }
+        };
+        let height = f32::from(font.ascender()) - f32::from(font.descender());
+        Scaled { font, scale: style.size / height }
     }
 
     /// Width of a line of text in pixels.
     pub(super) fn width(&self, text: &str, style: Style) -> f32 {
-        let font = self.face(style.face).as_scaled(PxScale::from(style.size));
-        text.chars().map(|c| font.h_advance(font.glyph_id(c))).sum()
+        let font = self.scaled(style);
+        text.chars().map(|c| font.advance(font.glyph(c))).sum()
     }
 
     /// The text, cut with an ellipsis where it is wider than `width_max`.
@@ -58,11 +117,11 @@ impl Fonts {
         if self.width(text, style) <= width_max {
             return text.to_owned();
         }
-        let font = self.face(style.face).as_scaled(PxScale::from(style.size));
+        let font = self.scaled(style);
         let mut left = width_max - self.width("…", style);
         let mut kept = String::new();
         for c in text.chars() {
-            left -= font.h_advance(font.glyph_id(c));
+            left -= font.advance(font.glyph(c));
             if left < 0.0 {
                 break;
             }
@@ -97,23 +156,19 @@ impl Fonts {
         lines.iter().map(|line| self.cut(line, style, width_max)).collect()
     }
 
-    /// Draws a line of text whose box starts at `at` (left, top); returns its width.
-    pub(super) fn draw(&self, canvas: &mut Canvas, text: &str, at: Point, style: Style) -> f32 {
-        let font = self.face(style.face).as_scaled(PxScale::from(style.size));
+    /// Draws a line of text whose box starts at `at` (left, top).
+    pub(super) fn draw(&self, canvas: &mut Canvas, text: &str, at: Point, style: Style) {
+        let scaled = self.scaled(style);
+        let Scaled { font, scale } = scaled;
+        let baseline = (at.1 + f32::from(font.ascender()) * scale).round();
+        let mut path = PathBuilder::new();
         let mut x = at.0;
         for c in text.chars() {
-            let id = font.glyph_id(c);
-            let baseline = (at.1 + font.ascent()).round();
-            let glyph = id.with_scale_and_position(style.size, point(x, baseline));
-            x += font.h_advance(id);
-            let Some(outlined) = font.outline_glyph(glyph) else { continue };
-            let bounds = outlined.px_bounds();
-            let (left, top) = (bounds.min.x as i64, bounds.min.y as i64);
-            outlined.draw(|column, row, coverage| {
-                let (x, y) = (left + i64::from(column), top + i64::from(row));
-                canvas.blend(x, y, style.colour, coverage);
-            });
+            let glyph = scaled.glyph(c);
+            let mut pen = OutlinePen { path: &mut path, origin: (x, baseline), scale };
+            font.outline_glyph(glyph, &mut pen);
+            x += scaled.advance(glyph);
         }
-        x - at.0
+        canvas.fill_path(path.finish(), style.colour, 1.0);
     }
 }

@@ -23,6 +23,12 @@ pub enum StressError {
     /// The planner fails for good.
     #[error(transparent)]
     Fatal(#[from] Fatal),
+    /// A plot cannot be drawn.
+    #[error("the plot cannot be drawn: {reason}")]
+    Plot {
+        /// What the drawing library says.
+        reason: String,
+    },
     /// The planner does not answer.
     #[error("{case}: no plan came within answer_s_max = {seconds} s")]
     Silent {
