@@ -7,6 +7,7 @@ use std::path::Path;
 
 use criterion::Criterion;
 use groundloop::hardware::sim::Labeller;
+use groundloop::parts::PartChoice;
 use groundloop::perception::ImageView;
 use groundloop::run::{DomainFolder, load_run};
 
@@ -21,8 +22,9 @@ fn detect(criterion: &mut Criterion, config: &str, scene: &str) -> Result<(), St
     let run = load_run(&path, &[]).map_err(|e| e.to_string())?;
     let folder = DomainFolder::find(&run.domain, &run.origin).map_err(|e| e.to_string())?;
     let examples = run.perception.exemplar.read(&folder, None).map_err(|e| e.to_string())?;
-    let mut detector =
-        folder.detector("colour", (None, Path::new("")), &examples).map_err(|e| e.to_string())?;
+    let mut detector = folder
+        .detector(&PartChoice::new("bench", "colour"), &examples)
+        .map_err(|e| e.to_string())?;
     let mut labeller = Labeller::new(&run, &folder).map_err(|e| e.to_string())?;
     let look = labeller.look(&folder.path.join(scene), 1, None).map_err(|e| e.to_string())?;
     let (width, height) = (look.image.width() as usize, look.image.height() as usize);

@@ -10,9 +10,10 @@ use std::path::Path;
 
 use criterion::{BenchmarkId, Criterion};
 use groundloop::geometry::MaskRun;
+use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::Name;
 use groundloop::perception::facts_of;
-use groundloop::perception::grounders::{GROUNDERS, Grounder};
+use groundloop::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use groundloop::perception::model::{Exemplar, Exemplars, ObjectBox};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use nalgebra::Vector3;
@@ -92,8 +93,12 @@ fn ground(criterion: &mut Criterion, domain: &str) {
                 ..example.clone()
             });
             let exemplars = Exemplars::new(exemplars.collect()).unwrap();
-            for (name, build) in GROUNDERS {
-                let grounder = build(&folder.domain, &folder.perception, &exemplars).unwrap();
+            for name in GROUNDERS.names() {
+                let choice = PartChoice::new("perception.grounder", name);
+                let (domain, perception) = (&folder.domain, &folder.perception);
+                let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
+                let context = PartContext { choice: &choice, inputs, environment: |_| None };
+                let grounder = GROUNDERS.build(&context).unwrap();
                 let scenes = [10, 60].map(|n| objects(&all, n).into_iter().map(reduced).collect());
                 let title = format!("{name} {domain} {set} {known}");
                 time(criterion, &title, &*grounder, &scenes);

@@ -15,7 +15,6 @@ use criterion::{BenchmarkId, Criterion};
 use groundloop::clock::monotonic_ns;
 use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
 use groundloop::planners::PlannerConfig;
-use groundloop::planners::{PLANNERS, PlannerSettings};
 use groundloop::replanning::{Patience, Replanner, Table};
 use groundloop::run::{DomainFolder, load_run};
 use groundloop::scene::Scene;
@@ -43,9 +42,7 @@ fn replanner(folder: &DomainFolder, rungs: &[Rung]) -> Replanner {
     let run = load_run(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/hanoi.toml"), &[]);
     let mut config = PlannerConfig { rungs: rungs.to_vec(), ..run.unwrap().planner };
     config.table.bytes_max = 1 << 27;
-    let settings = PlannerSettings { config: &config, file: "run.toml", folder: Path::new("") };
-    let (_, build) = PLANNERS.iter().find(|(name, _)| *name == config.name).unwrap();
-    let planner = build(&settings).unwrap();
+    let planner = config.planner(Path::new("run.toml"), |_| None).unwrap();
     Replanner::new(Arc::new(folder.domain.clone()), planner.into(), &config, Vec::new())
 }
 

@@ -30,6 +30,7 @@ pub mod clock;
 pub mod http;
 
 // Parts: a trait, a table, one file per choice; and the core that uses them.
+pub mod parts;
 pub mod planners;
 pub mod replanning;
 pub mod skills;

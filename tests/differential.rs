@@ -10,9 +10,9 @@ use std::path::Path;
 
 use common::{data, files_below, folders_in, project};
 use differential_tasks::{Brute, SmallTask, Tasks};
+use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{Domain, Problem, SourceText, parse_domain, parse_problem};
-use groundloop::planners::PlannerConfig;
-use groundloop::planners::{FastDownward, PlannerSettings};
+use groundloop::planners::{FastDownward, PlannerInputs};
 use groundloop::planning::{
     Budget, Coverage, NO_PENALTIES, Outcome, PlanRequest, Task, TaskInput, plan, validate,
 };
@@ -142,11 +142,12 @@ fn fast_downward(optimal: bool) -> Option<(FastDownward, usize)> {
     };
     let n_tasks = std::env::var("GROUNDLOOP_FAST_DOWNWARD_TASKS");
     let n_tasks = n_tasks.map_or(FAST_DOWNWARD_TASKS, |n| n.parse().unwrap());
-    let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
     let options = format!("python = {python:?}\noptimal = {optimal}\ntimeout_s = 120");
-    config.options = Some(options.parse().unwrap());
-    let settings = PlannerSettings { config: &config, file: "test", folder: Path::new("") };
-    Some((FastDownward::new(&settings).unwrap(), n_tasks))
+    let options: toml::Table = options.parse().unwrap();
+    let choice = PartChoice::new("test", "fast-downward").with_options(Some(&options), "test");
+    let inputs = PlannerInputs { budget: &Budget::standard() };
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    Some((FastDownward::new(&context).unwrap(), n_tasks))
 }
 
 #[test]

@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 use common::{files_below, folders_in, in_project, project};
 use groundloop::geometry::PixelBox;
-use groundloop::goals::{GoalObject, GoalSettings};
+use groundloop::goals::{GOALS, GoalInputs, GoalObject};
 use groundloop::logic::Truth;
+use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::perception::model::Exemplar;
 use groundloop::perception::{Grip, GroundedImage, ImageView, ground_image};
@@ -76,8 +77,10 @@ fn every_example_sentence_is_understood() {
         assert!(!language.examples.is_empty());
         for text in &language.examples {
             let origin = in_project(&folder.path);
-            let settings = GoalSettings::new(&origin, text, Some(language.clone()));
-            let source = groundloop::goals::build("instruction", &settings).unwrap();
+            let choice = PartChoice::new("goal.kind", "instruction");
+            let inputs = GoalInputs::words(&origin, text, Some(&language));
+            let context = PartContext { choice: &choice, inputs, environment: |_| None };
+            let source = GOALS.build(&context).unwrap();
             let read = |objects: &Vec<GoalObject>| source.read(&folder.domain, objects).err();
             let errors: Vec<_> = scenes.iter().filter_map(read).map(|e| e.render()).collect();
             assert!(errors.len() < scenes.len(), "{}", errors.join("\n"));
@@ -115,7 +118,7 @@ fn observed(folder: &DomainFolder, atoms: &BTreeSet<Atom>) -> BTreeSet<Atom> {
 fn labelled_objects_give_their_labelled_facts() {
     for folder in domains() {
         for (shown, examples) in exemplar_folders(&folder) {
-            let grounder = folder.grounder("s2s", &examples).unwrap();
+            let grounder = folder.grounder(&PartChoice::new("test", "s2s"), &examples).unwrap();
             for (_, example) in &examples {
                 let expected = observed(&folder, &example.init);
                 let judged = grounder.ground(&example.objects);
@@ -133,8 +136,8 @@ fn look(
     examples: &[(RgbImage, Exemplar)],
     picture: &RgbImage,
 ) -> GroundedImage {
-    let mut detector = folder.detector("colour", (None, Path::new("")), examples).unwrap();
-    let grounder = folder.grounder("s2s", examples).unwrap();
+    let mut detector = folder.detector(&PartChoice::new("test", "colour"), examples).unwrap();
+    let grounder = folder.grounder(&PartChoice::new("test", "s2s"), examples).unwrap();
     let pipeline = folder.pipeline(&*grounder);
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let view = ImageView::new(width, height, picture.as_raw()).unwrap();

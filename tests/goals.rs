@@ -11,7 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use common::{Process, data, files_below, project};
-use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
+use groundloop::goals::{GOALS, GoalError, GoalInputs, GoalObject, ParsedGoal};
+use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{
     Condition, Domain, Literal, Name, Problem, SourceText, Term, Typed, parse_problem,
 };
@@ -84,8 +85,10 @@ fn read(
     instruction: &str,
     objects: &[GoalObject],
 ) -> Result<ParsedGoal, GoalError> {
-    let settings = GoalSettings::new("test", instruction, folder.language.clone());
-    goals::build("instruction", &settings).unwrap().read(&folder.domain, objects)
+    let choice = PartChoice::new("goal.kind", "instruction");
+    let inputs = GoalInputs::words("test", instruction, folder.language.as_ref());
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    GOALS.build(&context).unwrap().read(&folder.domain, objects)
 }
 
 /// A problem of the data set: its instruction, annotated objects and true goal.

@@ -6,11 +6,11 @@ mod common;
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
-use std::path::Path;
 
 use common::{Process, project, runtime};
 use groundloop::http::WebError;
-use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
+use groundloop::parts::{PartChoice, PartContext};
+use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorInputs};
 use groundloop::perception::{Detections, ImageView, name_detections};
 use groundloop::run::DomainFolder;
 use serde_json::{Value, json};
@@ -39,14 +39,10 @@ const PATIENCE: &str = "patience = { backoff_ms_min = 1, backoff_ms_max = 2, att
 fn build(options: &str) -> Result<Box<dyn Detector>, DetectorError> {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
     let options: toml::Table = options.parse().unwrap();
-    let build = DETECTORS.iter().find(|(name, _)| *name == "http").unwrap().1;
-    build(&DetectorSettings {
-        domain: &folder.domain,
-        perception: &folder.perception,
-        options: Some(&options),
-        folder: Path::new(""),
-        environment: |name| (name == "TEST_KEY").then(|| KEY.to_owned()),
-    })
+    let choice = PartChoice::new("test", "http").with_options(Some(&options), "");
+    let inputs = DetectorInputs { domain: &folder.domain, perception: &folder.perception };
+    let environment = |name: &str| (name == "TEST_KEY").then(|| KEY.to_owned());
+    Ok(DETECTORS.build(&PartContext { choice: &choice, inputs, environment })?)
 }
 
 fn look(options: &str, phrases: &[&str]) -> Result<Detections, DetectorError> {

@@ -9,7 +9,8 @@ use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 
 use common::{Process, project};
-use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
+use groundloop::goals::{GOALS, GoalError, GoalInputs, GoalObject, ParsedGoal};
+use groundloop::parts::{PartChoice, PartContext, PartError};
 use groundloop::run::DomainFolder;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
@@ -103,14 +104,13 @@ fn read_with(
          patience = {{ backoff_ms_min = 1, backoff_ms_max = 2, total_ms = 20000 }}\n{options}"
     );
     let options: toml::Table = common.parse().unwrap();
-    let settings = GoalSettings {
+    let choice = PartChoice::new("goal.kind", "language_model");
+    let choice = choice.with_options(Some(&options), folder.join("run.toml"));
+    let inputs = GoalInputs {
         perception: Some(&domain.perception),
-        options: Some(&options),
-        folder,
-        environment,
-        ..GoalSettings::new("run.toml: goal.text", instruction, domain.language.clone())
+        ..GoalInputs::words("run.toml: goal.text", instruction, domain.language.as_ref())
     };
-    let source = goals::build("language_model", &settings)?;
+    let source = GOALS.build(&PartContext { choice: &choice, inputs, environment })?;
     assert!(!format!("{source:?}").contains("sesame"));
     let result = source.read(&domain.domain, &[block("blue_block", 50.0), block("red_block", 0.0)]);
     if let Err(error) = &result {
@@ -271,7 +271,7 @@ fn a_broken_server_is_given_up_and_a_refusal_is_final() {
 
     let server = Server::start(vec![status(400, "failed to parse grammar")]);
     let error = read(&server, LLAMA).unwrap_err();
-    assert!(matches!(error, GoalError::Options { .. }), "{error}");
+    assert!(matches!(error, GoalError::Part(PartError::Options { .. })), "{error}");
     assert!(error.to_string().contains("failed to parse grammar"), "{error}");
     assert_eq!(server.asked().len(), 1);
 
@@ -295,7 +295,7 @@ fn nowhere() -> String {
 #[test]
 fn no_server_is_told_as_missing() {
     let error = read_in(&nowhere(), LLAMA, Path::new(""), SAID).unwrap_err();
-    assert!(matches!(error, GoalError::NoService { .. }), "{error}");
+    assert!(matches!(error, GoalError::Part(PartError::Missing { .. })), "{error}");
     assert!(error.to_string().contains("start its server or set goal.options.url"), "{error}");
 }
 
@@ -330,11 +330,11 @@ fn a_slow_drip_ends_at_the_deadline() {
          patience = {{ total_ms = 200, reply_bytes_max = 1000000000 }}"
     );
     let options: toml::Table = options.parse().unwrap();
-    let settings = GoalSettings {
-        options: Some(&options),
-        ..GoalSettings::new("run.toml", SAID, domain.language.clone())
-    };
-    let source = goals::build("language_model", &settings).unwrap();
+    let choice = PartChoice::new("goal.kind", "language_model");
+    let choice = choice.with_options(Some(&options), "run.toml");
+    let inputs = GoalInputs::words("run.toml", SAID, domain.language.as_ref());
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    let source = GOALS.build(&context).unwrap();
     let error = source.read(&domain.domain, &[block("red_block", 0.0)]).unwrap_err();
     assert!(matches!(error, GoalError::GaveUp { .. }), "{error}");
     assert!(error.to_string().contains("not answered within 200 ms"), "{error}");
@@ -363,7 +363,7 @@ fn kept_answers_need_neither_server_nor_key() {
     }
     assert_eq!(read_in(&server.url(), &kept, folder.path(), SAID).unwrap().goal, first.goal);
     let other = read_in(&nowhere(), &kept, folder.path(), "Put blue on red.");
-    assert!(matches!(other, Err(GoalError::NoService { .. })));
+    assert!(matches!(other, Err(GoalError::Part(PartError::Missing { .. }))));
 }
 
 /// Calls `groundloop goal` with a model.

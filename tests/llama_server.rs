@@ -9,7 +9,8 @@
 mod common;
 
 use common::project;
-use groundloop::goals::{self, GoalError, GoalObject, GoalSettings, ParsedGoal};
+use groundloop::goals::{GOALS, GoalError, GoalInputs, GoalObject, ParsedGoal};
+use groundloop::parts::{PartChoice, PartContext};
 use groundloop::run::DomainFolder;
 
 #[expect(clippy::disallowed_methods, reason = "the documented variable of an opt-in test")]
@@ -41,12 +42,13 @@ fn read(
          patience = {{ read_ms = 300000, total_ms = 600000 }}"
     );
     let options: toml::Table = options.parse().unwrap();
-    let settings = GoalSettings {
+    let choice = PartChoice::new("goal.kind", "language_model").with_options(Some(&options), "");
+    let inputs = GoalInputs {
         perception: Some(&folder.perception),
-        options: Some(&options),
-        ..GoalSettings::new("test", instruction, folder.language.clone())
+        ..GoalInputs::words("test", instruction, folder.language.as_ref())
     };
-    goals::build("language_model", &settings).unwrap().read(&folder.domain, &seen)
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    GOALS.build(&context).unwrap().read(&folder.domain, &seen)
 }
 
 #[test]

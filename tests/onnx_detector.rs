@@ -8,20 +8,17 @@ mod common;
 use std::path::Path;
 
 use common::project;
-use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorSettings};
+use groundloop::parts::{PartChoice, PartContext, PartError};
+use groundloop::perception::detectors::{DETECTORS, Detector, DetectorInputs};
 use groundloop::run::DomainFolder;
 
-fn build(folder: &Path) -> Result<Box<dyn Detector>, DetectorError> {
+fn build(folder: &Path) -> Result<Box<dyn Detector>, PartError> {
     let domain = DomainFolder::read(&project("domains/blocksworld")).unwrap();
-    let options = "model = \"tiny.onnx\"\ndescription = \"tiny.toml\"".parse().unwrap();
-    let build = DETECTORS.iter().find(|(name, _)| *name == "onnx").unwrap().1;
-    build(&DetectorSettings {
-        domain: &domain.domain,
-        perception: &domain.perception,
-        options: Some(&options),
-        folder,
-        environment: |_| None,
-    })
+    let options: toml::Table =
+        "model = \"tiny.onnx\"\ndescription = \"tiny.toml\"".parse().unwrap();
+    let choice = PartChoice::new("test", "onnx").with_options(Some(&options), folder.join("run"));
+    let inputs = DetectorInputs { domain: &domain.domain, perception: &domain.perception };
+    DETECTORS.build(&PartContext { choice: &choice, inputs, environment: |_| None })
 }
 
 /// Without the runtime, the program says what to build; with it, that a file is missing.
@@ -137,7 +134,7 @@ mod with_runtime {
         type = "block"
     "#;
 
-    fn detector(description: &str, model: &[u8]) -> Result<Box<dyn Detector>, DetectorError> {
+    fn detector(description: &str, model: &[u8]) -> Result<Box<dyn Detector>, PartError> {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("tiny.toml"), description).unwrap();
         fs::write(folder.path().join("tiny.onnx"), model).unwrap();

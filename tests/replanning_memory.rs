@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::project;
 use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
 use groundloop::pddl::Step;
-use groundloop::planners::{PLANNERS, PlannerSettings};
 use groundloop::replanning::Replanner;
 use groundloop::run::{DomainFolder, load_run};
 use groundloop::stress::{Feed, Feeder, Template};
@@ -63,9 +62,7 @@ fn an_episode_with_ten_disks_stays_small() {
 
     let before = HELD.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
-    let settings = PlannerSettings { config: &config, file: "run.toml", folder: Path::new("") };
-    let (_, build) = PLANNERS.iter().find(|(name, _)| *name == config.name).unwrap();
-    let planner = build(&settings).unwrap();
+    let planner = config.planner(Path::new("run.toml"), |_| None).unwrap();
     let domain = Arc::new(folder.domain.clone());
     let mut replanner = Replanner::new(domain, planner.into(), &config, Vec::new());
     let (mut next, mut rungs): (Option<Step>, BTreeMap<Rung, u32>) = (None, BTreeMap::new());

@@ -11,6 +11,7 @@ use common::{TestRun, project, runtime};
 use groundloop::actors::scene_parser::{Args, MakeDetector, serve};
 use groundloop::actors::{ActorError, Chaos, Checkpoint, Fatal};
 use groundloop::geometry::PixelBox;
+use groundloop::parts::{PartChoice, PartError};
 use groundloop::perception::detectors::{Detector, DetectorError};
 use groundloop::perception::model::ObjectBox;
 use groundloop::perception::tracking::{BeliefConfig, ParserConfig};
@@ -60,7 +61,7 @@ impl Detector for Gated {
             }
             Go::Fail => {
                 let (what, how) = ("the eye".to_owned(), "buy one".to_owned());
-                Err(DetectorError::Missing { what, how })
+                Err(PartError::missing(what, how).into())
             }
             Go::Panic => panic!("as told"),
         }
@@ -87,7 +88,8 @@ impl Rig {
             state: None,
             number: None,
         };
-        let grounder = folder.grounder("s2s", &exemplar.read(&folder, None).unwrap()).unwrap();
+        let examples = exemplar.read(&folder, None).unwrap();
+        let grounder = folder.grounder(&PartChoice::new("test", "s2s"), &examples).unwrap();
         let context = Arc::new(WireContext::new(1, folder.hash, folder.domain.clone()));
         let belief = BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 };
         let config = ParserConfig {

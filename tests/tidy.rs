@@ -144,15 +144,12 @@ fn every_run_file_loads() {
 
 #[test]
 fn tables_of_parts_are_in_alphabetical_order() {
-    fn keys<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
-        table.iter().map(|(name, _)| *name).collect()
-    }
     for names in [
-        keys(DETECTORS),
-        keys(GOALS),
-        keys(GROUNDERS),
-        keys(PLANNERS),
-        keys(SKILLS),
+        DETECTORS.names().collect::<Vec<_>>(),
+        GOALS.names().collect(),
+        GROUNDERS.names().collect(),
+        PLANNERS.names().collect(),
+        SKILLS.names().collect(),
         FEATURES.iter().map(|feature| feature.name).collect(),
     ] {
         assert!(!names.is_empty());

@@ -1,10 +1,9 @@
 //! The competition corpus, beside Fast Downward.
 
-use std::path::Path;
 use std::{env, fs};
 
-use groundloop::planners::PlannerConfig;
-use groundloop::planners::{FastDownward, PlannerSettings};
+use groundloop::parts::{PartChoice, PartContext};
+use groundloop::planners::{FastDownward, PlannerInputs};
 use groundloop::planning::{Budget, PlanRequest, plan};
 
 use super::{cost, cpu_ms, data, read, source};
@@ -70,9 +69,10 @@ pub(super) fn measure(optimal: bool) {
 
 fn fast_downward(optimal: bool) -> Option<FastDownward> {
     let python = env::var_os("GROUNDLOOP_FAST_DOWNWARD")?.into_string().ok()?;
-    let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
     let options = format!("python = '{python}'\noptimal = {optimal}\ntimeout_s = 60\n");
-    config.options = Some(options.parse().unwrap());
-    let settings = PlannerSettings { config: &config, file: "environment", folder: Path::new("") };
-    Some(FastDownward::new(&settings).unwrap_or_else(|e| panic!("{e}")))
+    let options: toml::Table = options.parse().unwrap();
+    let choice = PartChoice::new("bench", "fast-downward").with_options(Some(&options), "bench");
+    let inputs = PlannerInputs { budget: &Budget::standard() };
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    Some(FastDownward::new(&context).unwrap_or_else(|e| panic!("{e}")))
 }

@@ -15,6 +15,7 @@ pub mod snapshot;
 use thiserror::Error;
 
 use crate::goals::GoalError;
+use crate::parts::PartError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
@@ -88,14 +89,12 @@ pub enum Fatal {
 impl From<GoalError> for Fatal {
     fn from(error: GoalError) -> Self {
         match error {
-            GoalError::NoService { what, how } => Self::Missing { what, how },
+            GoalError::Part(PartError::Missing { what, how }) => Self::Missing { what, how },
             GoalError::GaveUp { .. } => Self::GaveUp { message: error.render() },
-            GoalError::UnknownKind { .. }
-            | GoalError::NoLanguage {}
+            GoalError::Part(_)
             | GoalError::Language { .. }
             | GoalError::Logical { .. }
             | GoalError::Instruction { .. }
-            | GoalError::Options { .. }
             | GoalError::Key { .. }
             | GoalError::Image { .. }
             | GoalError::NotYet { .. } => Self::BadInput { message: error.render() },

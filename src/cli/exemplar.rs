@@ -49,9 +49,6 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
     DomainFolder::find(&config.domain, &config.origin)?;
     out::note(&format!("{} is not written", args.folder));
-    Err(crate::run::ConfigError::Missing {
-        what: "the simulator".to_owned(),
-        how: "build with `--features sim`".to_owned(),
-    }
-    .into())
+    let error = crate::parts::PartError::missing("the simulator", "build with `--features sim`");
+    Err(crate::run::ConfigError::from(error).into())
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use super::{Failure, out};
 use crate::geometry::PixelBox;
-use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal, Referent};
+use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal, Referent};
+use crate::parts::{PartChoice, PartContext};
 use crate::pddl::{Name, SourceText, parse_problem};
 use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
@@ -57,26 +58,26 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         });
         objects.extend(typed);
     }
-    let (options, base) = read_options(args.options.as_deref())?;
-    let settings = GoalSettings {
+    let choice = choice("--kind", &args.kind, args.options.as_deref())?;
+    let inputs = GoalInputs {
         perception: Some(&folder.perception),
-        options: options.as_ref(),
-        folder: &base,
-        environment,
-        ..GoalSettings::new("--instruction", &args.instruction, folder.language.clone())
+        ..GoalInputs::words("--instruction", &args.instruction, folder.language.as_ref())
     };
-    let goal = goals::build(&args.kind, &settings)?.read(&folder.domain, &objects)?;
+    let context = PartContext { choice: &choice, inputs, environment };
+    let source = GOALS.build(&context).map_err(ConfigError::from)?;
+    let goal = source.read(&folder.domain, &objects)?;
     report(args, &goal)?;
     Ok(0)
 }
 
-/// The options of a part, from a file of their own, and what their relative paths start from.
-pub(super) fn read_options(path: Option<&Path>) -> Result<(Option<toml::Table>, PathBuf), Failure> {
-    let Some(path) = path else { return Ok((None, PathBuf::new())) };
+/// A part that a flag names, with the options of a file of their own where there is one.
+pub(super) fn choice(key: &str, name: &str, options: Option<&Path>) -> Result<PartChoice, Failure> {
+    let choice = PartChoice::new(key, name);
+    let Some(path) = options else { return Ok(choice) };
     let table: toml::Table = read_text(path)?.parse().map_err(|e: toml::de::Error| {
         ConfigError::Toml { path: path.display().to_string(), message: e.to_string() }
     })?;
-    Ok((Some(table), path.parent().unwrap_or(Path::new("")).to_owned()))
+    Ok(choice.with_options(Some(&table), path))
 }
 
 /// `name:type` or `name:type@x1,y1,x2,y2`.

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::goal::read_options;
+use super::goal::choice;
 use super::{Failure, exit, out};
-use crate::goals::{self, GoalObject, GoalSettings, ParsedGoal};
+use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
+use crate::parts::PartContext;
 use crate::pddl::Atom;
 use crate::perception::{Grip, GroundedImage, ImageView, ground_image, phrase_of_name};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
@@ -80,9 +81,11 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         )));
     }
     let examples = Arc::new(vec![example]);
-    let (options, base) = read_options(args.detector_options.as_deref())?;
-    let mut detector = folder.detector(&args.detector, (options.as_ref(), &base), &examples)?;
-    let grounder = folder.grounder(&args.grounder, &examples)?;
+    let options = args.detector_options.as_deref();
+    let detector_choice = choice("--detector", &args.detector, options)?;
+    let grounder_choice = choice("--grounder", &args.grounder, None)?;
+    let mut detector = folder.detector(&detector_choice, &examples)?;
+    let grounder = folder.grounder(&grounder_choice, &examples)?;
     let pipeline = folder.pipeline(&*grounder);
     let view = ImageView::new(width as usize, height as usize, picture.as_raw())
         .map_err(Failure::bad_input)?;
@@ -91,9 +94,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let eye = Eye {
         folder: Arc::clone(&folder),
         examples: Arc::clone(&examples),
-        detector: args.detector.clone(),
-        options: (options, base),
-        grounder: args.grounder.clone(),
+        detector: detector_choice,
+        grounder: grounder_choice,
     };
     let mut goal = read_goal(args, &folder, eye, &grounded)?;
     let mut grounded = grounded;
@@ -130,16 +132,15 @@ fn read_goal(
         }
         (None, None, None) => return Ok(None),
     };
-    let (options, base) = read_options(args.goal_options.as_deref())?;
-    let settings = GoalSettings {
+    let kind = args.goal_kind.as_deref().unwrap_or(kind);
+    let choice = choice("--goal-kind", kind, args.goal_options.as_deref())?;
+    let inputs = GoalInputs {
         perception: Some(&folder.perception),
-        options: options.as_ref(),
-        folder: &base,
-        environment,
         look: Some(eye.into_look()),
-        ..GoalSettings::new(origin, &text, folder.language.clone())
+        ..GoalInputs::words(origin, &text, folder.language.as_ref())
     };
-    let source = goals::build(args.goal_kind.as_deref().unwrap_or(kind), &settings)?;
+    let context = PartContext { choice: &choice, inputs, environment };
+    let source = GOALS.build(&context).map_err(ConfigError::from)?;
     let objects = GoalObject::of_image(&folder.perception, &grounded.named.boxes);
     Ok(Some(source.read(&folder.domain, &objects)?))
 }

@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::goal::choice;
 use super::{Failure, exit, out};
 use crate::clock::monotonic_ns;
+use crate::parts::PartContext;
 use crate::pddl::{
     Domain, Parsed, Place, Problem, SourceText, Warning, parse_domain, parse_problem,
 };
-use crate::planners::{FastDownward, PLANNERS, PlannerConfig, PlannerSettings};
+use crate::planners::{FastDownward, PLANNERS, PlannerInputs};
 use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
-use crate::run::{ConfigError, choose, read_text};
+use crate::run::{ConfigError, environment, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -133,7 +135,7 @@ fn answer(
         greedy_expansions_max: args.expansions,
         ..Budget::standard()
     };
-    choose("--planner", &args.planner, PLANNERS)?;
+    PLANNERS.find("--planner", &args.planner).map_err(ConfigError::from)?;
     // Of all planners, this one alone is asked with costs.
     if args.planner == "fast-downward" {
         let planner = fast_downward(&args.planner, args.planner_options.as_deref())?;
@@ -150,16 +152,8 @@ fn answer(
 
 /// Fast Downward with the options of a file, where there is one.
 pub(super) fn fast_downward(name: &str, options: Option<&Path>) -> Result<FastDownward, Failure> {
-    let mut config = PlannerConfig::single(name, &Budget::standard());
-    if let Some(path) = options {
-        let table = read_text(path)?.parse().map_err(|e: toml::de::Error| ConfigError::Toml {
-            path: path.display().to_string(),
-            message: e.to_string(),
-        })?;
-        config.options = Some(table);
-    }
-    let file = options.map_or("--planner-options".into(), |path| path.display().to_string());
-    let folder = options.and_then(Path::parent).unwrap_or(Path::new(""));
-    let settings = PlannerSettings { config: &config, file: &file, folder };
-    Ok(FastDownward::new(&settings).map_err(ConfigError::from)?)
+    let choice = choice("--planner", name, options)?;
+    let inputs = PlannerInputs { budget: &Budget::standard() };
+    let context = PartContext { choice: &choice, inputs, environment };
+    Ok(FastDownward::new(&context).map_err(ConfigError::from)?)
 }

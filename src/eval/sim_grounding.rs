@@ -4,13 +4,14 @@
 //! labelled examples: these are always made with the camera that they are used for.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use image::RgbImage;
 use serde::Serialize;
 
 use crate::hardware::sim::{Labeller, Look, Viewpoint, exemplar_scenes};
 use crate::logic::Truth;
+use crate::parts::PartChoice;
 use crate::pddl::{Atom, Name};
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::{Grounder as _, S2s};
@@ -208,7 +209,8 @@ impl<'a> SetUp<'a> {
             let exemplars = Exemplars::new(reduced.collect())?;
             grounders.push((used, S2s::new(&folder.domain, &perception.observed, &exemplars)?));
         }
-        let detector = folder.detector("colour", (None, Path::new("")), examples)?;
+        let detector =
+            folder.detector(&PartChoice::new("perception.detector", "colour"), examples)?;
         Ok(Self { perception, detector, grounders })
     }
 

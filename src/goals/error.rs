@@ -5,22 +5,15 @@ use std::ops::Range;
 
 use thiserror::Error;
 
+use crate::parts::PartError;
 use crate::pddl::{Name, PddlError};
 
 /// A goal cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum GoalError {
-    /// No goal source has this name.
-    #[error("unknown goal kind \"{kind}\": expected one of {known}")]
-    UnknownKind {
-        /// The kind asked for.
-        kind: String,
-        /// The kinds there are.
-        known: String,
-    },
-    /// The domain has no `language.toml`.
-    #[error("a goal of kind \"instruction\" needs the domain's language.toml")]
-    NoLanguage {},
+    /// The source cannot be made, or its service does not take its options.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// The domain's `language.toml` is wrong.
     #[error("{file}: {message}")]
     Language {
@@ -42,14 +35,6 @@ pub enum GoalError {
         /// What was not understood, and where.
         reason: Box<Misunderstood>,
     },
-    /// The options of a source are wrong, or its service does not take them.
-    #[error("{origin}: {message}")]
-    Options {
-        /// Where the goal comes from.
-        origin: String,
-        /// What is wrong; names the key.
-        message: String,
-    },
     /// The key of a service is missing or refused.
     #[error("the environment variable {variable} {reason}")]
     Key {
@@ -57,14 +42,6 @@ pub enum GoalError {
         variable: String,
         /// What is wrong with it.
         reason: String,
-    },
-    /// A service is not there.
-    #[error("{what} is missing: {how}")]
-    NoService {
-        /// What.
-        what: String,
-        /// How to get it.
-        how: String,
     },
     /// A bound was met before there was a goal.
     #[error("no goal from {what} ({bound}): {reason}")]
@@ -98,13 +75,10 @@ impl GoalError {
         match self {
             Self::Instruction { reason } => matches!(reason.reason, Reason::NotSeen { .. }),
             Self::NotYet { .. } => true,
-            Self::UnknownKind { .. }
-            | Self::NoLanguage {}
+            Self::Part(_)
             | Self::Language { .. }
             | Self::Logical { .. }
-            | Self::Options { .. }
             | Self::Key { .. }
-            | Self::NoService { .. }
             | Self::GaveUp { .. }
             | Self::Image { .. } => false,
         }
@@ -115,15 +89,27 @@ impl GoalError {
         match self {
             Self::Instruction { reason } => reason.render(),
             Self::Logical { source } => source.render(),
-            Self::UnknownKind { .. }
-            | Self::NoLanguage {}
+            Self::Part(_)
             | Self::Language { .. }
-            | Self::Options { .. }
             | Self::Key { .. }
-            | Self::NoService { .. }
             | Self::GaveUp { .. }
             | Self::Image { .. }
             | Self::NotYet { .. } => self.to_string(),
+        }
+    }
+}
+
+impl From<GoalError> for PartError {
+    fn from(error: GoalError) -> Self {
+        match error {
+            GoalError::Part(error) => error,
+            GoalError::Language { .. }
+            | GoalError::Logical { .. }
+            | GoalError::Instruction { .. }
+            | GoalError::Key { .. }
+            | GoalError::GaveUp { .. }
+            | GoalError::Image { .. }
+            | GoalError::NotYet { .. } => Self::Inputs { reason: error.render() },
         }
     }
 }

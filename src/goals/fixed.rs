@@ -1,6 +1,7 @@
 //! Goals of kind "logical": a PDDL condition, written out.
 
-use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
+use super::{GoalError, GoalObject, GoalSource, ParsedGoal};
+use crate::parts::{Part, no_options};
 use crate::pddl::{Domain, Name, SourceText, Typed, parse_goal};
 
 /// The goal source of kind "logical".
@@ -9,16 +10,17 @@ struct Logical {
     source: SourceText,
 }
 
-/// Makes the goal source of kind "logical".
-///
-/// # Errors
-/// [`GoalError::Options`] when there are options. The text is checked when it is read against a
-/// domain.
-pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
-    settings.no_options("logical")?;
-    let source = SourceText { name: settings.origin.clone(), text: settings.text.clone() };
-    Ok(Box::new(Logical { source }))
-}
+/// The entry of the table of goal sources.
+pub(super) const PART: Part<dyn GoalSource> = Part {
+    name: "logical",
+    help: "a PDDL condition, written out",
+    options: no_options,
+    // The text is checked when it is read against a domain.
+    build: |context| {
+        let source = SourceText::new(context.inputs.origin, context.inputs.text);
+        Ok(Box::new(Logical { source }))
+    },
+};
 
 impl GoalSource for Logical {
     fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {

@@ -12,20 +12,24 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::language::Never;
-use super::{GoalError, GoalObject, GoalSettings, GoalSource, ParsedGoal};
+use super::{GoalError, GoalObject, GoalSource, ParsedGoal};
+use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
 use crate::perception::State;
 
-/// The options, as written.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+/// `[goal.options]` of the kind "image".
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Options {
-    /// The photograph; without it, the goal's text is its path.
+    /// The photograph; without the key, the goal's text is its path.
     image: Option<PathBuf>,
-    /// The predicates that count.
+    /// The predicates whose facts the goal is made of. Without the key the observed ones that an
+    /// action can change.
+    #[schemars(with = "Option<Vec<String>>")]
     predicates: Option<Vec<Name>>,
 }
 
@@ -45,27 +49,30 @@ enum Predicates {
     Observed(Vec<Name>),
 }
 
-/// Makes the goal source of kind "image": looks at the photograph.
-///
-/// # Errors
-/// [`GoalError::Options`] for options that are not as documented, [`GoalError::Image`] when the
-/// photograph cannot be read, or not in the way of the camera's frames.
-pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
-    let table = settings.options.cloned().unwrap_or_default();
-    let options: Options = table.try_into().map_err(|e: toml::de::Error| {
-        settings.bad_options(format!("goal.options: {}", e.to_string().trim_end()))
-    })?;
-    let path = options.image.unwrap_or_else(|| PathBuf::from(settings.text.trim()));
-    let path = settings.folder.join(path);
-    let fault = |reason: String| GoalError::Image { path: path.display().to_string(), reason };
-    let (Some(look), Some(perception)) = (&settings.look, settings.perception) else {
+/// The entry of the table of goal sources.
+pub(super) const PART: Part<dyn GoalSource> = Part {
+    name: "image",
+    help: "a photograph of the goal state, read as the camera's frames are",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource>, PartError> {
+    let options: Options = context.options()?;
+    let inputs = &context.inputs;
+    let path = options.image.unwrap_or_else(|| PathBuf::from(inputs.text.trim()));
+    let path = context.choice.folder.join(path);
+    let fault = |reason: String| -> PartError {
+        GoalError::Image { path: path.display().to_string(), reason }.into()
+    };
+    let (Some(look), Some(perception)) = (&inputs.look, inputs.perception) else {
         return Err(fault("there is no detector with labelled examples to read it".to_owned()));
     };
     let shown = look(&path).map_err(fault)?.state;
     let observed = || perception.observed.iter().map(|spec| spec.predicate.clone()).collect();
     let predicates =
         options.predicates.map_or_else(|| Predicates::Observed(observed()), Predicates::Chosen);
-    let nevers = settings.language.as_ref().map(|language| language.nevers.clone());
+    let nevers = inputs.language.map(|language| language.nevers.clone());
     let (path, nevers) = (path.display().to_string(), nevers.unwrap_or_default());
     Ok(Box::new(GoalImage { path, shown, predicates, nevers }))
 }

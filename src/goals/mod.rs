@@ -19,6 +19,7 @@ pub use language::Language;
 pub use repair::{Conflict, Repaired, repaired};
 
 use crate::geometry::PixelBox;
+use crate::parts::{Registry, Role};
 use crate::pddl::{Condition, Domain, Name, Typed};
 use crate::perception::model::{ObjectBox, Perception};
 use crate::perception::{GroundedImage, label_of};
@@ -123,116 +124,58 @@ pub trait GoalSource: std::fmt::Debug + Send + Sync {
 /// Reads the state off an image file, as the camera's frames are read; the error names the file.
 pub type Look = Arc<dyn Fn(&Path) -> Result<GroundedImage, String> + Send + Sync>;
 
-/// What a goal source is made from.
+/// What goal sources are made from.
 #[derive(Clone)]
 #[expect(missing_debug_implementations, reason = "holds a closure")]
-pub struct GoalSettings<'a> {
+pub struct GoalInputs<'a> {
     /// Where the text comes from, for messages ("run.toml: goal").
-    pub origin: String,
+    pub origin: &'a str,
     /// The goal as the user wrote it.
-    pub text: String,
+    pub text: &'a str,
     /// The domain's `language.toml`, where there is one.
-    pub language: Option<Language>,
+    pub language: Option<&'a Language>,
     /// The domain's `perception.toml`, where it is known.
     pub perception: Option<&'a Perception>,
-    /// The source's own options, `[goal.options]` of the run file.
-    pub options: Option<&'a toml::Table>,
-    /// What relative paths in text and options start from.
-    pub folder: &'a Path,
-    /// Looks up environment variables: keys of services come from there only.
-    pub environment: fn(&str) -> Option<String>,
     /// Reads images, where there is a detector with labelled examples.
     pub look: Option<Look>,
 }
 
-impl GoalSettings<'_> {
-    /// Settings of a goal that needs nothing but words.
-    pub fn new(origin: &str, text: &str, language: Option<Language>) -> Self {
-        Self {
-            origin: origin.to_owned(),
-            text: text.to_owned(),
-            language,
-            perception: None,
-            options: None,
-            folder: Path::new(""),
-            environment: |_| None,
-            look: None,
-        }
-    }
-
-    fn bad_options(&self, message: String) -> GoalError {
-        GoalError::Options { origin: self.origin.clone(), message }
-    }
-
-    /// Refuses options of a kind that has none.
-    fn no_options(&self, kind: &str) -> Result<(), GoalError> {
-        match self.options.and_then(|options| options.keys().next()) {
-            None => Ok(()),
-            Some(key) => Err(self.bad_options(format!(
-                "goal.options.{key}: a goal of kind \"{kind}\" has no options"
-            ))),
-        }
+impl<'a> GoalInputs<'a> {
+    /// For a goal that needs nothing but words.
+    pub fn words(origin: &'a str, text: &'a str, language: Option<&'a Language>) -> Self {
+        Self { origin, text, language, perception: None, look: None }
     }
 }
 
-/// Makes a goal source.
-pub type Build = fn(&GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError>;
+impl Role for dyn GoalSource {
+    type Inputs<'a> = GoalInputs<'a>;
+    const NAME: &'static str = "goal";
+    const KEY: &'static str = "goal.kind";
+    const OPTIONS: &'static str = "goal.options";
+}
 
 /// Every goal source by the `kind` a run file gives, in alphabetical order.
-pub const GOALS: &[(&str, Build)] = &[
-    ("image", image::build),
-    ("instruction", lexicon::build),
-    ("language_model", language_model::build),
-    ("logical", fixed::build),
-];
-
-/// Makes the goal source of that kind.
-///
-/// # Errors
-/// [`GoalError::UnknownKind`] when no source has that name, or what the source itself reports.
-pub fn build(kind: &str, settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
-    match GOALS.iter().find(|(name, _)| *name == kind) {
-        Some((_, build)) => build(settings),
-        None => Err(GoalError::UnknownKind {
-            kind: kind.to_owned(),
-            known: GOALS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
-        }),
-    }
-}
+pub static GOALS: Registry<dyn GoalSource> =
+    Registry(&[image::PART, lexicon::PART, language_model::PART, fixed::PART]);
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parts::{PartChoice, PartContext};
     use crate::pddl::{SourceText, parse_domain};
 
     #[test]
-    fn the_table_is_alphabetical_and_every_source_refuses_nonsense() {
-        assert!(GOALS.is_sorted_by_key(|(name, _)| *name));
+    fn every_source_refuses_nonsense() {
         let domain = SourceText::new("d", "(define (domain d) (:predicates (p ?x)))");
         let domain = parse_domain(&domain).unwrap().value;
-        for (name, _) in GOALS {
-            let language = Language::from_toml("language.toml", "examples = []").unwrap();
-            let settings = GoalSettings::new("run.toml", "(((", Some(language));
-            let read = build(name, &settings).and_then(|source| source.read(&domain, &[]));
+        let language = Language::from_toml("language.toml", "examples = []").unwrap();
+        for name in GOALS.names() {
+            let choice = PartChoice::new("goal.kind", name);
+            let inputs = GoalInputs::words("run.toml", "(((", Some(&language));
+            let context = PartContext { choice: &choice, inputs, environment: |_| None };
+            let read = GOALS.build(&context).map_err(GoalError::from);
+            let read = read.and_then(|source| source.read(&domain, &[]));
             assert!(!read.unwrap_err().render().is_empty(), "{name}");
         }
-    }
-
-    #[test]
-    fn kinds_without_options_refuse_them() {
-        let options = "speed = 1".parse().unwrap();
-        let settings =
-            GoalSettings { options: Some(&options), ..GoalSettings::new("run.toml", "(p)", None) };
-        let error = build("logical", &settings).unwrap_err();
-        let wanted = "run.toml: goal.options.speed: a goal of kind \"logical\" has no options";
-        assert_eq!(error.to_string(), wanted);
-    }
-
-    #[test]
-    fn an_unknown_kind_lists_the_known_ones() {
-        let error = build("wish", &GoalSettings::new("run.toml", "", None)).unwrap_err();
-        let wanted = "unknown goal kind \"wish\": expected one of image, instruction, \
-                      language_model, logical";
-        assert_eq!(error.to_string(), wanted);
     }
 }

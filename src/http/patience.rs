@@ -1,9 +1,10 @@
 //! How long a request may take and how often it is tried.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Bounds of one request, all attempts together. Every key may be left out.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Patience {
     /// Longest time to open a connection, milliseconds; 5000 without the key.

@@ -1,9 +1,13 @@
 //! `[planner]` of a run file.
 
+use std::path::Path;
+
 use serde::Deserialize;
 
+use super::{PLANNERS, Planner, PlannerInputs};
 use crate::messages::{Reuse, Rung};
 use crate::mismatch::Mismatch;
+use crate::parts::{PartChoice, PartContext, PartError};
 use crate::planning::Budget;
 
 /// `[planner]`.
@@ -59,6 +63,35 @@ impl PlannerConfig {
             table: TableConfig { states_max: 0, bytes_max: 0, adopt_after_cycles: 0 },
             options: None,
         }
+    }
+
+    /// What one call of the planner may spend.
+    pub fn budget(&self) -> Budget {
+        let improves = self.rungs.contains(&Rung::Improve);
+        Budget {
+            optimal_expansions_max: self.optimal_expansions_max,
+            greedy_expansions_max: self.expansions_max,
+            improve_expansions_max: if improves { self.improve_expansions_max } else { 0 },
+            ..Budget::standard()
+        }
+    }
+
+    /// The planner that is chosen here; `file` is where its options stand.
+    pub fn choice(&self, file: &Path) -> PartChoice {
+        PartChoice::new("planner.name", &self.name).with_options(self.options.as_ref(), file)
+    }
+
+    /// Makes the planner; `file` is where its options stand.
+    ///
+    /// # Errors
+    /// What [`PLANNERS`] says.
+    pub fn planner(
+        &self,
+        file: &Path,
+        environment: fn(&str) -> Option<String>,
+    ) -> Result<Box<dyn Planner>, PartError> {
+        let inputs = PlannerInputs { budget: &self.budget() };
+        PLANNERS.build(&PartContext { choice: &self.choice(file), inputs, environment })
     }
 
     /// Checks what types cannot say.

@@ -1,7 +1,7 @@
 //! The project's own planner, in process.
 
-use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
-use crate::messages::Rung;
+use super::{PlanQuery, Planner};
+use crate::parts::{Part, no_options};
 use crate::planning::{Answer, Budget, Outcome, Task, plan};
 
 #[derive(Debug)]
@@ -9,18 +9,13 @@ struct Embedded {
     budget: Budget,
 }
 
-pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError> {
-    settings.no_options()?;
-    let config = settings.config;
-    let improves = config.rungs.contains(&Rung::Improve);
-    let budget = Budget {
-        optimal_expansions_max: config.optimal_expansions_max,
-        greedy_expansions_max: config.expansions_max,
-        improve_expansions_max: if improves { config.improve_expansions_max } else { 0 },
-        ..Budget::standard()
-    };
-    Ok(Box::new(Embedded { budget }))
-}
+/// The entry of the table of planners.
+pub(super) const PART: Part<dyn Planner> = Part {
+    name: "embedded",
+    help: "the project's own, in this process: a cheapest plan first, then any",
+    options: no_options,
+    build: |context| Ok(Box::new(Embedded { budget: context.inputs.budget.clone() })),
+};
 
 impl Planner for Embedded {
     fn plan(&self, query: &PlanQuery<'_>) -> Answer {

@@ -6,12 +6,10 @@ mod fast_downward;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::Path;
 
-use thiserror::Error;
-
+use crate::parts::{Registry, Role};
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
-use crate::planning::{Answer, PlanRequest, Task};
+use crate::planning::{Answer, Budget, PlanRequest, Task};
 
 pub use config::{PlannerConfig, TableConfig};
 pub use fast_downward::{BackendAnswer, FastDownward};
@@ -76,57 +74,19 @@ pub trait Planner: fmt::Debug + Send + Sync {
     fn plan(&self, query: &PlanQuery<'_>) -> Answer;
 }
 
-/// A planner cannot be made.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum PlannerError {
-    /// A program that it needs is not installed: exit code 5.
-    #[error("{what} is missing: {how}")]
-    Missing {
-        /// What.
-        what: String,
-        /// How to get it: a line to type.
-        how: String,
-    },
-    /// Its own options are not of the documented form.
-    #[error("{file}: planner.options{field}: {message}")]
-    Options {
-        /// The file that they stand in.
-        file: String,
-        /// The option, with a point before it; empty when several are meant.
-        field: String,
-        /// What may stand there and what does.
-        message: String,
-    },
-}
-
-/// What a planner is made from.
+/// What planners are made from.
 #[derive(Debug, Clone, Copy)]
-pub struct PlannerSettings<'a> {
-    /// `[planner]`.
-    pub config: &'a PlannerConfig,
-    /// The file that it was read from, for messages.
-    pub file: &'a str,
-    /// What relative paths in options start from.
-    pub folder: &'a Path,
+pub struct PlannerInputs<'a> {
+    /// How much one call may spend, in counts.
+    pub budget: &'a Budget,
 }
 
-impl PlannerSettings<'_> {
-    /// Refuses options of a planner that has none.
-    fn no_options(&self) -> Result<(), PlannerError> {
-        match self.config.options.as_ref().and_then(|options| options.keys().next()) {
-            None => Ok(()),
-            Some(key) => Err(PlannerError::Options {
-                file: self.file.to_owned(),
-                field: format!(".{key}"),
-                message: format!("the planner \"{}\" has no options", self.config.name),
-            }),
-        }
-    }
+impl Role for dyn Planner {
+    type Inputs<'a> = PlannerInputs<'a>;
+    const NAME: &'static str = "planner";
+    const KEY: &'static str = "planner.name";
+    const OPTIONS: &'static str = "planner.options";
 }
-
-/// Makes a planner.
-pub type Build = fn(&PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError>;
 
 /// Every planner by its name in configuration files, in alphabetical order.
-pub const PLANNERS: &[(&str, Build)] =
-    &[("embedded", embedded::build), ("fast-downward", fast_downward::build)];
+pub static PLANNERS: Registry<dyn Planner> = Registry(&[embedded::PART, fast_downward::PART]);

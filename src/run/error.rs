@@ -5,11 +5,11 @@ use thiserror::Error;
 use crate::actors::Fatal;
 use crate::goals::GoalError;
 use crate::mismatch::Mismatch;
+use crate::parts::PartError;
 use crate::pddl::PddlError;
 use crate::perception::ImageError;
 use crate::perception::detectors::DetectorError;
 use crate::perception::model::{ExemplarError, PerceptionError};
-use crate::planners::PlannerError;
 use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
@@ -67,13 +67,13 @@ pub enum ConfigError {
     Exemplar(#[from] ExemplarError),
     /// The goal, or `language.toml`, is not usable.
     #[error(transparent)]
-    Goal(#[from] GoalError),
-    /// A detector cannot be made.
+    Goal(GoalError),
+    /// A part cannot be made.
+    #[error(transparent)]
+    Part(#[from] PartError),
+    /// A detector cannot work on an image.
     #[error(transparent)]
     Detector(#[from] DetectorError),
-    /// A planner cannot be made.
-    #[error(transparent)]
-    Planner(PlannerError),
     /// An image is not usable.
     #[error("{path}: {source}")]
     Image {
@@ -81,14 +81,6 @@ pub enum ConfigError {
         path: String,
         /// What is wrong with it.
         source: ImageError,
-    },
-    /// An optional part is missing: exit code 5.
-    #[error("{what} is missing: {how}")]
-    Missing {
-        /// What.
-        what: String,
-        /// How to get it.
-        how: String,
     },
 }
 
@@ -107,19 +99,15 @@ impl ConfigError {
             | Self::Skills(_)
             | Self::Exemplar(_)
             | Self::Detector(_)
-            | Self::Planner(_)
-            | Self::Image { .. }
-            | Self::Missing { .. } => self.to_string(),
+            | Self::Part(_)
+            | Self::Image { .. } => self.to_string(),
         }
     }
 }
 
-impl From<PlannerError> for ConfigError {
-    fn from(error: PlannerError) -> Self {
-        match error {
-            PlannerError::Missing { what, how } => Self::Missing { what, how },
-            other @ PlannerError::Options { .. } => Self::Planner(other),
-        }
+impl From<GoalError> for ConfigError {
+    fn from(error: GoalError) -> Self {
+        if let GoalError::Part(error) = error { Self::Part(error) } else { Self::Goal(error) }
     }
 }
 
@@ -149,8 +137,9 @@ impl RunError {
     /// The process's exit code for it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Config(ConfigError::Missing { .. }) | Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Fatal(Fatal::Missing { .. }) => 5,
             Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
+            Self::Config(ConfigError::Part(error)) if error.is_missing() => 5,
             Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
             Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,

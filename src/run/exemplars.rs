@@ -6,10 +6,11 @@ use image::RgbImage;
 
 use super::{ConfigError, DomainFolder, ExemplarConfig, read_text};
 use crate::hardware::file::read_rgb;
+use crate::parts::{PartChoice, PartContext};
 use crate::pddl::SourceText;
 use crate::perception::ImageView;
-use crate::perception::detectors::{DETECTORS, Detector, DetectorSettings};
-use crate::perception::grounders::{GROUNDERS, Grounder};
+use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs};
+use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use crate::perception::model::{Exemplar, ExemplarText, Exemplars};
 
 /// Endings of image files, in the order in which they are looked for.
@@ -139,22 +140,17 @@ fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
 }
 
 impl DomainFolder {
-    /// Makes the detector of that name, taught by the labelled examples. `options` are its own
-    /// options, and the folder that their relative paths start from.
+    /// Makes the chosen detector, taught by the labelled examples.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown name, or an example that teaches nothing.
     pub fn detector(
         &self,
-        name: &str,
-        options: (Option<&toml::Table>, &Path),
+        choice: &PartChoice,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
-        let build = choose("perception.detector", name, DETECTORS)?;
-        let (options, folder) = options;
-        let (domain, perception) = (&self.domain, &self.perception);
-        let settings = DetectorSettings { domain, perception, options, folder, environment };
-        let mut detector = build(&settings)?;
+        let inputs = DetectorInputs { domain: &self.domain, perception: &self.perception };
+        let mut detector = DETECTORS.build(&PartContext { choice, inputs, environment })?;
         for (picture, exemplar) in examples {
             detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
         }
@@ -165,18 +161,19 @@ impl DomainFolder {
         Ok(detector)
     }
 
-    /// Makes the grounder of that name from the labelled examples.
+    /// Makes the chosen grounder from the labelled examples.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown name, or examples that do not go together.
     pub fn grounder(
         &self,
-        name: &str,
+        choice: &PartChoice,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Grounder>, ConfigError> {
-        let build = choose("perception.grounder", name, GROUNDERS)?;
         let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
-        Ok(build(&self.domain, &self.perception, &exemplars)?)
+        let (domain, perception) = (&self.domain, &self.perception);
+        let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
+        Ok(GROUNDERS.build(&PartContext { choice, inputs, environment })?)
     }
 }
 
@@ -191,19 +188,4 @@ pub(crate) fn view_of<'a>(picture: &'a RgbImage, path: &str) -> Result<ImageView
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     ImageView::new(width, height, picture.as_raw())
         .map_err(|source| ConfigError::Image { path: path.to_owned(), source })
-}
-
-/// The entry of that name in a table of parts.
-pub(crate) fn choose<T: Copy>(
-    key: &str,
-    name: &str,
-    table: &[(&str, T)],
-) -> Result<T, ConfigError> {
-    table.iter().find(|(known, _)| *known == name).map(|(_, part)| *part).ok_or_else(|| {
-        ConfigError::Value {
-            key: key.to_owned(),
-            expected: table.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(" or "),
-            got: name.to_owned(),
-        }
-    })
 }

@@ -1,6 +1,6 @@
 //! Single images read as the frames of a camera are.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use image::RgbImage;
@@ -8,6 +8,7 @@ use image::RgbImage;
 use super::exemplars::view_of;
 use super::{ConfigError, DomainFolder, read_image};
 use crate::goals::Look;
+use crate::parts::PartChoice;
 use crate::perception::model::Exemplar;
 use crate::perception::{Grip, GroundedImage, ground_image};
 
@@ -18,12 +19,10 @@ pub struct Eye {
     pub folder: Arc<DomainFolder>,
     /// The labelled examples.
     pub examples: Arc<Vec<(RgbImage, Exemplar)>>,
-    /// A key of `detectors::DETECTORS`.
-    pub detector: String,
-    /// The detector's own options, and what their relative paths start from.
-    pub options: (Option<toml::Table>, PathBuf),
-    /// A key of `grounding::GROUNDERS`.
-    pub grounder: String,
+    /// What finds the objects.
+    pub detector: PartChoice,
+    /// What judges the facts.
+    pub grounder: PartChoice,
 }
 
 impl Eye {
@@ -43,9 +42,7 @@ impl Eye {
                  got {got_width}x{got_height}"
             )));
         }
-        let (options, base) = &self.options;
-        let options = (options.as_ref(), base.as_path());
-        let mut detector = self.folder.detector(&self.detector, options, &self.examples)?;
+        let mut detector = self.folder.detector(&self.detector, &self.examples)?;
         let grounder = self.folder.grounder(&self.grounder, &self.examples)?;
         let pipeline = self.folder.pipeline(&*grounder);
         let view = view_of(&picture, &path.display().to_string())?;

@@ -14,7 +14,7 @@ mod tests;
 pub use domain_folder::DomainFolder;
 pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
-pub(crate) use exemplars::{choose, environment, in_data, view_of};
+pub(crate) use exemplars::{environment, in_data, view_of};
 pub use exemplars::{exemplar_from_files, read_image};
 pub use eye::Eye;
 pub use load::{load_run, read_text};

@@ -9,6 +9,7 @@ use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
 use crate::hardware::FaultConfig;
+use crate::parts::PartChoice;
 use crate::perception::tracking::{BeliefConfig, HullConfig};
 use crate::planners::PlannerConfig;
 use crate::skills::MotionConfig;
@@ -98,8 +99,10 @@ pub struct PerceptionConfig {
     /// Whether the detector works beside the loop instead of in it (realtime only): the loop goes
     /// on with the last scene, at that scene's age. Without the key, slow detectors do.
     pub beside: Option<bool>,
-    /// A key of `grounding::GROUNDERS`.
+    /// A key of `grounders::GROUNDERS`.
     pub grounder: String,
+    /// The grounder's own options.
+    pub grounder_options: Option<toml::Table>,
     /// The labelled examples of this camera.
     pub exemplar: ExemplarConfig,
     /// When a change is believed.
@@ -192,6 +195,20 @@ impl RunConfig {
             }
         }
         Ok(())
+    }
+
+    /// The detector that is chosen.
+    pub fn detector_choice(&self) -> PartChoice {
+        let PerceptionConfig { detector, options, .. } = &self.perception;
+        PartChoice::new("perception.detector", detector)
+            .with_options(options.as_ref(), &self.origin)
+    }
+
+    /// The grounder that is chosen.
+    pub fn grounder_choice(&self) -> PartChoice {
+        let PerceptionConfig { grounder, grounder_options, .. } = &self.perception;
+        PartChoice::new("perception.grounder", grounder)
+            .with_options(grounder_options.as_ref(), &self.origin)
     }
 
     /// The name of the run on the bus.

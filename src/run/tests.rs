@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::*;
+use crate::parts::PartChoice;
 use crate::perception::detectors::DETECTORS;
 
 const BLOCKS: &str = include_str!("../../configs/blocksworld.toml");
@@ -62,10 +63,8 @@ fn every_shipped_run_file_loads_with_all_that_it_names() {
         if perception.exemplar.folder.is_some() {
             let examples = perception.exemplar.read(&folder, None);
             let examples = examples.unwrap_or_else(|e| panic!("{e}"));
-            assert!(
-                folder.detector(&perception.detector, (None, Path::new("")), &examples).is_ok()
-            );
-            assert!(folder.grounder(&perception.grounder, &examples).is_ok());
+            assert!(folder.detector(&run.detector_choice(), &examples).is_ok());
+            assert!(folder.grounder(&run.grounder_choice(), &examples).is_ok());
         }
         assert!(run.robot.kind == RobotKind::None || folder.skills.is_some(), "{path:?}");
         n_files += 1;
@@ -234,11 +233,13 @@ fn labelled_examples_that_are_wrong_are_named_with_the_field() {
 
 #[test]
 fn parts_that_there_are_not_are_told_with_those_that_there_are() {
-    let detector = blocks_folder().detector("magic", (None, Path::new("")), &[]).err().unwrap();
-    let known = DETECTORS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
+    let magic = |key: &str| PartChoice::new(key, "magic");
+    let detector = blocks_folder().detector(&magic("perception.detector"), &[]).err().unwrap();
+    let known = DETECTORS.names().collect::<Vec<_>>().join(" or ");
     let expect = format!("perception.detector: expected {known}, got magic");
     assert_eq!(detector.to_string(), expect);
-    let grounder = blocks_folder().grounder("magic", &[]).err().unwrap().to_string();
+    let grounder = blocks_folder().grounder(&magic("perception.grounder"), &[]).err().unwrap();
+    let grounder = grounder.to_string();
     assert!(grounder.starts_with("perception.grounder: expected s2s"), "{grounder}");
 }
 

@@ -7,7 +7,8 @@ use std::time::Duration;
 use tokio::sync::watch;
 
 use super::{
-    CameraKind, ConfigError, DomainFolder, Eye, RobotKind, RunConfig, environment, in_data,
+    CameraKind, ConfigError, DomainFolder, Eye, GoalConfig, RobotKind, RunConfig, environment,
+    in_data,
 };
 use crate::actors::{
     ActorError, ActorSpec, Chaos, Checkpoint, Serve, goal_parser, planner, scene_parser,
@@ -15,14 +16,14 @@ use crate::actors::{
 };
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
-use crate::goals::{self, GoalSettings, GoalSource};
+use crate::goals::{GOALS, GoalInputs, GoalSource};
 use crate::logic::Facts;
 use crate::messages::{GoalMessage, Stop};
 use crate::metrics::EpisodeResult;
+use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;
 use crate::perception::tracking::ParserConfig;
-use crate::planners::{PLANNERS, PlannerSettings};
 use crate::replanning::{Adoption, Replanner};
 use crate::skills::SkillMap;
 use crate::transport::Bus;
@@ -96,23 +97,17 @@ impl PreparedRun {
     }
 
     fn detector(&self) -> Result<Box<dyn Detector>, ConfigError> {
-        let perception = &self.config.perception;
-        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
-        let options = (perception.options.as_ref(), folder);
-        self.folder.detector(&perception.detector, options, &self.examples)
+        self.folder.detector(&self.config.detector_choice(), &self.examples)
     }
 
     fn grounder(&self) -> Result<Box<dyn crate::perception::grounders::Grounder>, ConfigError> {
-        self.folder.grounder(&self.config.perception.grounder, &self.examples)
+        self.folder.grounder(&self.config.grounder_choice(), &self.examples)
     }
 
     fn planner(&self) -> Result<Replanner, ConfigError> {
         let config = &self.config.planner;
-        let build = crate::run::choose("planner.name", &config.name, PLANNERS)?;
         let domain = Arc::new(self.folder.domain.clone());
-        let file = self.config.origin.display().to_string();
-        let folder = self.config.origin.parent().unwrap_or(Path::new(""));
-        let planner = build(&PlannerSettings { config, file: &file, folder })?;
+        let planner = config.planner(&self.config.origin, environment)?;
         let labelled = self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()));
         let replanner = Replanner::new(domain, planner.into(), config, labelled.collect());
         Ok(match self.config.clock {
@@ -230,11 +225,8 @@ impl PreparedRun {
             #[cfg(not(feature = "sim"))]
             CameraKind::Sim => {
                 let _: (&Bus, &Shared) = (bus, shared);
-                Err(ConfigError::Missing {
-                    what: "the simulator".to_owned(),
-                    how: "this groundloop was built without it; build with `--features sim`"
-                        .to_owned(),
-                })
+                let how = "this groundloop was built without it; build with `--features sim`";
+                Err(crate::parts::PartError::missing("the simulator", how).into())
             }
         }
     }
@@ -281,30 +273,23 @@ fn goal_source(
     examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
     data: Option<&Path>,
 ) -> Result<Box<dyn GoalSource>, ConfigError> {
-    let base = config.origin.parent().unwrap_or(Path::new(""));
-    let perception = &config.perception;
     let eye = Eye {
         folder: Arc::clone(folder),
         examples: Arc::clone(examples),
-        detector: perception.detector.clone(),
-        options: (perception.options.clone(), base.to_owned()),
-        grounder: perception.grounder.clone(),
+        detector: config.detector_choice(),
+        grounder: config.grounder_choice(),
     };
-    let text = &config.goal.text;
-    let settings = GoalSettings {
-        text: in_data("goal.text", text, data)?.to_string_lossy().into_owned(),
+    let GoalConfig { kind, text, options } = &config.goal;
+    let choice = PartChoice::new("goal.kind", kind).with_options(options.as_ref(), &config.origin);
+    let text = in_data("goal.text", text, data)?;
+    let inputs = GoalInputs {
+        origin: &format!("{}: goal.text", config.origin.display()),
+        text: &text.to_string_lossy(),
+        language: folder.language.as_ref(),
         perception: Some(&folder.perception),
-        options: config.goal.options.as_ref(),
-        folder: base,
-        environment,
         look: Some(eye.into_look()),
-        ..GoalSettings::new(
-            &format!("{}: goal.text", config.origin.display()),
-            text,
-            folder.language.clone(),
-        )
     };
-    Ok(goals::build(&config.goal.kind, &settings)?)
+    Ok(GOALS.build(&PartContext { choice: &choice, inputs, environment })?)
 }
 
 fn actor<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> ActorSpec

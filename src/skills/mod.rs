@@ -15,21 +15,16 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use crate::messages::Motion;
+use crate::parts::{Registry, Role};
 use crate::pddl::Name;
 
 pub use context::{Held, MotionConfig, SkillContext};
 pub use skill_map::{ActionSkills, Preempt, SkillCall, SkillMap, SkillMapError};
 
-/// Every skill by its name in `skills.toml`, in alphabetical order.
-pub const SKILLS: &[(&str, &dyn Skill)] = &[("pick", &pick::Pick), ("place", &place::Place)];
-
 /// A skill: appends the waypoints that carry it out.
 ///
 /// Pure: the same perceived scene gives the same motion.
-pub trait Skill: Sync {
-    /// The parameters that it understands.
-    fn params(&self) -> &'static [Param];
-
+pub trait Skill: std::fmt::Debug + Send + Sync {
     /// Appends its waypoints and leaves the context as it will be afterwards.
     ///
     /// # Errors
@@ -42,14 +37,17 @@ pub trait Skill: Sync {
     ) -> Result<(), SkillError>;
 }
 
-/// A parameter of a skill.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Param {
-    /// Its key in `skills.toml`.
-    pub name: &'static str,
-    /// Whether it must be there.
-    pub required: bool,
+/// A skill needs nothing but its arguments. What its table calls options are the keys that stand
+/// beside `skill` in `skills.toml`: its parameters.
+impl Role for dyn Skill {
+    type Inputs<'a> = ();
+    const NAME: &'static str = "skill";
+    const KEY: &'static str = "action.sequence.skill";
+    const OPTIONS: &'static str = "action.sequence";
 }
+
+/// Every skill by its name in `skills.toml`, in alphabetical order.
+pub static SKILLS: Registry<dyn Skill> = Registry(&[pick::PART, place::PART]);
 
 /// What was perceived does not allow a skill.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -3,20 +3,37 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Point3;
+use schemars::{Schema, SchemaGenerator, json_schema};
 
-use super::{Held, Param, Skill, SkillContext, SkillError};
+use super::{Held, Skill, SkillContext, SkillError};
 use crate::messages::{Expect, Motion, Waypoint};
+use crate::parts::Part;
 use crate::pddl::Name;
+
+/// The entry of the table of skills.
+pub(super) const PART: Part<dyn Skill> = Part {
+    name: "pick",
+    help: "takes an object from above, by its width",
+    options: params,
+    build: |_| Ok(Box::new(Pick)),
+};
+
+fn params(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "object",
+        "properties": {
+            "object": { "type": "string", "description": "what is taken" },
+        },
+        "required": ["object"],
+        "additionalProperties": false,
+    })
+}
 
 /// Takes one object from above, by its width.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pick;
 
 impl Skill for Pick {
-    fn params(&self) -> &'static [Param] {
-        &[Param { name: "object", required: true }]
-    }
-
     fn extend(
         &self,
         args: &BTreeMap<&str, Name>,

@@ -4,28 +4,43 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Point3;
+use schemars::{Schema, SchemaGenerator, json_schema};
 
-use super::{Held, Param, Skill, SkillContext, SkillError};
+use super::{Held, Skill, SkillContext, SkillError};
 use crate::geometry::Aabb;
 use crate::messages::{Expect, Motion};
+use crate::parts::Part;
 use crate::pddl::Name;
 
 /// Steps of the search for a free place, metres.
 const GRID_M: f64 = 0.01;
+
+/// The entry of the table of skills.
+pub(super) const PART: Part<dyn Skill> = Part {
+    name: "place",
+    help: "puts down what is held: onto or around an object, or on a free place of the table",
+    options: params,
+    build: |_| Ok(Box::new(Place)),
+};
+
+fn params(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "object",
+        "properties": {
+            "object": { "type": "string", "description": "what is put down" },
+            "onto": { "type": "string", "description": "what it comes to rest on" },
+            "around": { "type": "string", "description": "what goes through it" },
+        },
+        "required": ["object"],
+        "additionalProperties": false,
+    })
+}
 
 /// Puts down what is held.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place;
 
 impl Skill for Place {
-    fn params(&self) -> &'static [Param] {
-        &[
-            Param { name: "object", required: true },
-            Param { name: "onto", required: false },
-            Param { name: "around", required: false },
-        ]
-    }
-
     fn extend(
         &self,
         args: &BTreeMap<&str, Name>,

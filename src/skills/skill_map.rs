@@ -1,19 +1,23 @@
 //! `skills.toml`: which skills carry out which action.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Deserialize;
 use thiserror::Error;
 
 use super::{Held, MotionConfig, SKILLS, Skill, SkillContext, SkillError};
 use crate::messages::{Motion, RobotState};
+use crate::parts::{PartChoice, PartContext, PartError};
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::SceneObject;
 
 /// The skills of a domain's actions.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct SkillMap {
     actions: BTreeMap<Name, ActionSkills>,
+    /// Every skill that an action uses, made once.
+    skills: BTreeMap<String, Arc<dyn Skill>>,
 }
 
 #[derive(Deserialize)]
@@ -69,6 +73,9 @@ pub enum SkillMapError {
         /// What the parser says, with line and column.
         message: String,
     },
+    /// A skill cannot be made.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// It contradicts the domain or the skills that there are.
     #[error("{file}: action {action}: {field}: expected {expected}, got {got}")]
     Value {
@@ -88,7 +95,7 @@ pub enum SkillMapError {
 impl SkillMap {
     /// A book without skills, for runs without a robot.
     pub fn empty() -> Self {
-        Self { actions: BTreeMap::new() }
+        Self { actions: BTreeMap::new(), skills: BTreeMap::new() }
     }
 
     /// Reads `skills.toml` and checks it against the domain; `file` is named in errors.
@@ -98,7 +105,7 @@ impl SkillMap {
     pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, SkillMapError> {
         let book: BookFile = toml::from_str(text)
             .map_err(|e| SkillMapError::Form { file: file.to_owned(), message: e.to_string() })?;
-        let mut actions = BTreeMap::new();
+        let (mut actions, mut skills) = (BTreeMap::new(), BTreeMap::new());
         for mut action in book.action {
             let fault = |field: &str, expected: String, got: &str| SkillMapError::Value {
                 file: file.to_owned(),
@@ -114,6 +121,7 @@ impl SkillMap {
             for call in &action.sequence {
                 check_call(call, &params)
                     .map_err(|(field, expected, got)| fault(&field, expected, &got))?;
+                skills.insert(call.skill.clone(), built(&call.skill)?);
             }
             if actions.contains_key(&action.name) {
                 return Err(fault("name", "one entry per action".to_owned(), "two"));
@@ -130,7 +138,7 @@ impl SkillMap {
                 got: "none".to_owned(),
             });
         }
-        Ok(Self { actions })
+        Ok(Self { actions, skills })
     }
 
     /// How an action is carried out.
@@ -174,7 +182,7 @@ impl SkillMap {
         let mut context = SkillContext::new(objects, config, robot, held);
         let mut motion = Motion::default();
         for call in &action.sequence {
-            if let Some(skill) = find(&call.skill) {
+            if let Some(skill) = self.skills.get(&call.skill) {
                 skill.extend(&action.args(call, step), &mut context, &mut motion)?;
             }
         }
@@ -196,24 +204,27 @@ impl ActionSkills {
     }
 }
 
-fn find(name: &str) -> Option<&'static dyn Skill> {
-    SKILLS.iter().find(|(key, _)| *key == name).map(|(_, skill)| *skill)
+fn built(name: &str) -> Result<Arc<dyn Skill>, PartError> {
+    let choice = PartChoice::new("skill", name);
+    let context = PartContext { choice: &choice, inputs: (), environment: |_| None };
+    Ok(SKILLS.build(&context)?.into())
 }
 
 fn check_call(call: &SkillCall, params: &[Name]) -> Result<(), (String, String, String)> {
-    let Some(skill) = find(&call.skill) else {
-        let known: Vec<&str> = SKILLS.iter().map(|(key, _)| *key).collect();
+    let Some(skill) = SKILLS.get(&call.skill) else {
+        let known: Vec<&str> = SKILLS.names().collect();
         return Err(("skill".to_owned(), known.join(" or "), call.skill.clone()));
     };
-    for param in skill.params().iter().filter(|p| p.required) {
-        if !call.args.contains_key(param.name) {
+    let known = skill.described();
+    for param in known.iter().filter(|param| param.required) {
+        if !call.args.contains_key(&param.name) {
             let expected = format!("a value for {}", param.name);
             return Err((call.skill.clone(), expected, "none".to_owned()));
         }
     }
     for (key, text) in &call.args {
-        if !skill.params().iter().any(|p| p.name == key) {
-            let known: Vec<&str> = skill.params().iter().map(|p| p.name).collect();
+        if !known.iter().any(|param| param.name == *key) {
+            let known: Vec<&str> = known.iter().map(|param| param.name.as_str()).collect();
             return Err((call.skill.clone(), known.join(", "), key.clone()));
         }
         let named = text.strip_prefix('?');

@@ -205,15 +205,10 @@ fn gone() -> Fatal {
 }
 
 fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
-    use crate::planners::{PLANNERS, PlannerSettings};
     use crate::replanning::{Adoption, Replanner};
-    use crate::run::{ConfigError, choose};
+    use crate::run::{ConfigError, environment};
     let config = start.planner;
-    let build = choose("planner.name", &config.name, PLANNERS)?;
-    let file = start.origin.display().to_string();
-    let folder = start.origin.parent().unwrap_or(std::path::Path::new(""));
-    let settings = PlannerSettings { config, file: &file, folder };
-    let made = build(&settings).map_err(ConfigError::from)?;
+    let made = config.planner(start.origin, environment).map_err(ConfigError::from)?;
     let domain = Arc::new(start.folder.domain.clone());
     let known_right = Facts::new(start.problem.init.clone());
     let replanner = Replanner::new(domain, made.into(), config, vec![known_right]);

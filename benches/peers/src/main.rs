@@ -19,7 +19,8 @@ use std::process::ExitCode;
 
 use groundloop::planners::PlannerConfig;
 use groundloop::pddl::{Domain, Problem, Step};
-use groundloop::planners::{FastDownward, PlannerSettings};
+use groundloop::parts::{PartChoice, PartContext};
+use groundloop::planners::{FastDownward, PlannerInputs};
 use groundloop::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, validate};
 use groundloop::stress::{Feed, Feeder, Instance, StressConfig, View, instances, load_stress};
 
@@ -81,11 +82,12 @@ fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn fast_downward(python: &str) -> Result<FastDownward, Failure> {
-    let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
-    config.options = Some(format!("python = {python:?}\ntimeout_s = 60").parse()?);
-    let settings =
-        PlannerSettings { config: &config, file: "--fast-downward", folder: Path::new("") };
-    Ok(FastDownward::new(&settings)?)
+    let options: toml::Table = format!("python = {python:?}\ntimeout_s = 60").parse()?;
+    let choice = PartChoice::new("--fast-downward", "fast-downward");
+    let choice = choice.with_options(Some(&options), "--fast-downward");
+    let inputs = PlannerInputs { budget: &Budget::standard() };
+    let context = PartContext { choice: &choice, inputs, environment: |_| None };
+    Ok(FastDownward::new(&context)?)
 }
 
 /// What one planner has done with the states.

@@ -8,7 +8,6 @@ use groundloop::planners::PlannerConfig;
 use groundloop::replanning::{Adoption, Patience, Replanner};
 use groundloop::messages::{GoalMessage, PlanVerdict};
 use groundloop::pddl::Step;
-use groundloop::planners::{PLANNERS, PlannerSettings};
 use groundloop::logic::Facts;
 use groundloop::stress::{Instance, View};
 
@@ -31,9 +30,7 @@ impl Own {
         config: &PlannerConfig,
         folder: &Path,
     ) -> Result<Self, Failure> {
-        let build = PLANNERS.iter().find(|(name, _)| *name == config.name);
-        let (_, build) = build.ok_or("no such planner")?;
-        let planner = build(&PlannerSettings { config, file: "peers", folder })?;
+        let planner = config.planner(&folder.join("peers.toml"), |_| None)?;
         let domain = Arc::new(instance.folder.domain.clone());
         let problem = &instance.problem;
         let known_right = vec![Facts::new(problem.init.clone())];

@@ -139,6 +139,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::PixelBox;
+    use crate::parts::PartError;
     use crate::perception::PhraseBox;
     use crate::perception::detectors::DetectorError;
     use crate::perception::model::ObjectBox;
@@ -173,7 +174,7 @@ mod tests {
                 }
                 Go::Fail => {
                     let (what, how) = ("the eye".to_owned(), "buy one".to_owned());
-                    Err(DetectorError::Missing { what, how })
+                    Err(PartError::missing(what, how).into())
                 }
                 Go::Panic => panic!("as told"),
             }

@@ -14,11 +14,12 @@ use crate::eval::prodgv::{
     Vocabulary, data_set, domain_report, evaluate, picture, published,
 };
 use crate::goals::GOALS;
+use crate::parts::{PartChoice, PartContext, Registry, Role};
 use crate::perception::detectors::DETECTORS;
 use crate::perception::grounders::GROUNDERS;
-use crate::planners::{PLANNERS, Planner, PlannerConfig, PlannerSettings};
+use crate::planners::{PLANNERS, Planner, PlannerInputs};
 use crate::planning::Budget;
-use crate::run::{ConfigError, DomainFolder, choose, read_text};
+use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -94,19 +95,18 @@ struct PartOptions {
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let jitter = jitter(args)?;
     let options = options(args.options.as_deref())?;
-    let options_folder = args.options.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     let planner = planner(&args.planner)?;
-    choose("--grounder", &args.grounder, GROUNDERS)?;
-    let (detections, goals) = (detections(&args.detections)?, goals(&args.goals)?);
+    GROUNDERS.find("--grounder", &args.grounder).map_err(ConfigError::from)?;
+    let file = args.options.as_deref().unwrap_or(Path::new(""));
+    let detections = detections(&args.detections, options.perception.options.as_ref(), file)?;
+    let goals = goals(&args.goals, options.goal.options.as_ref(), file)?;
     let repair_goals = args.repair_goals.unwrap_or(args.grounder != REFERENCE);
     let setup = Setup {
-        grounder: &args.grounder,
+        grounder: &PartChoice::new("--grounder", &args.grounder),
         detections: &detections,
         goals: &goals,
         planner: &*planner,
         repair_goals,
-        detector_options: (options.perception.options.as_ref(), options_folder),
-        goal_options: (options.goal.options.as_ref(), options_folder),
         jitter,
     };
     let data = data_set::read(&args.data, &args.domain)?;
@@ -165,35 +165,43 @@ fn options(path: Option<&Path>) -> Result<Options, Failure> {
 }
 
 fn planner(name: &str) -> Result<Box<dyn Planner>, Failure> {
-    let build = choose("--planner", name, PLANNERS)?;
-    let config = PlannerConfig::single(name, &Budget::standard());
-    let settings = PlannerSettings { config: &config, file: "--planner", folder: Path::new("") };
-    Ok(build(&settings).map_err(ConfigError::from)?)
+    let choice = PartChoice::new("--planner", name);
+    let inputs = PlannerInputs { budget: &Budget::standard() };
+    let context = PartContext { choice: &choice, inputs, environment };
+    Ok(PLANNERS.build(&context).map_err(ConfigError::from)?)
 }
 
-fn detections(name: &str) -> Result<BoxSource, Failure> {
+fn detections(
+    name: &str,
+    options: Option<&toml::Table>,
+    file: &Path,
+) -> Result<BoxSource, Failure> {
     match name {
         "recorded" => Ok(BoxSource::Recorded),
         "annotated" => Ok(BoxSource::Annotated),
-        detector if DETECTORS.iter().any(|(known, _)| *known == detector) => {
-            Ok(BoxSource::Detector(detector.to_owned()))
+        detector if DETECTORS.get(detector).is_some() => {
+            let choice = PartChoice::new("--detections", detector).with_options(options, file);
+            Ok(BoxSource::Detector(choice))
         }
-        other => Err(unknown("--detections", &["recorded", "annotated"], DETECTORS, other)),
+        other => Err(unknown("--detections", &["recorded", "annotated"], &DETECTORS, other)),
     }
 }
 
-fn goals(name: &str) -> Result<Goals, Failure> {
+fn goals(name: &str, options: Option<&toml::Table>, file: &Path) -> Result<Goals, Failure> {
+    let source =
+        |kind| Ok(Goals::Source(PartChoice::new("--goals", kind).with_options(options, file)));
     match name {
         "recorded" => Ok(Goals::Recorded),
         "truth" => Ok(Goals::Truth),
-        "lexicon" => Ok(Goals::Source("instruction".to_owned())),
-        kind if GOALS.iter().any(|(known, _)| *known == kind) => Ok(Goals::Source(kind.to_owned())),
-        other => Err(unknown("--goals", &["recorded", "truth", "lexicon"], GOALS, other)),
+        "lexicon" => source("instruction"),
+        kind if GOALS.get(kind).is_some() => source(kind),
+        other => Err(unknown("--goals", &["recorded", "truth", "lexicon"], &GOALS, other)),
     }
 }
 
-fn unknown<T>(key: &str, own: &[&str], table: &[(&str, T)], got: &str) -> Failure {
-    let table = table.iter().map(|(name, _)| *name).filter(|name| !own.contains(name));
+fn unknown<T: Role + ?Sized>(key: &str, own: &[&str], table: &Registry<T>, got: &str) -> Failure {
+    let table: Vec<&str> = table.names().collect();
+    let table = table.into_iter().filter(|name| !own.contains(name));
     let known = own.iter().copied().chain(table);
     let expected = known.collect::<Vec<_>>().join(" or ");
     ConfigError::Value { key: key.to_owned(), expected, got: got.to_owned() }.into()

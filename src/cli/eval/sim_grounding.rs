@@ -25,11 +25,8 @@ pub(super) struct Args {
 #[cfg(not(feature = "sim"))]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     tracing::debug!(?args, "not measured");
-    Err(crate::run::ConfigError::Missing {
-        what: "the simulator".to_owned(),
-        how: "build with `--features sim`".to_owned(),
-    }
-    .into())
+    let error = crate::parts::PartError::missing("the simulator", "build with `--features sim`");
+    Err(crate::run::ConfigError::from(error).into())
 }
 
 /// Measures and prints the table.

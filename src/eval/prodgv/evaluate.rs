@@ -1,7 +1,6 @@
 //! All pairs of one domain: detections in, episodes out.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use image::RgbImage;
 
@@ -14,42 +13,43 @@ use super::recorded::Pair;
 use super::score::{Counts, score};
 use super::{DomainData, EvalError, Labelled, Vocabulary};
 use crate::geometry::PixelBox;
-use crate::goals::{self, GoalSettings, GoalSource};
+use crate::goals::{GOALS, GoalInputs, GoalSource};
+use crate::parts::{PartChoice, PartContext};
 use crate::pddl::Atom;
 use crate::perception::detectors::Detector;
-use crate::perception::grounders::{GROUNDERS, Grounder};
+use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use crate::perception::model::{Exemplar, Exemplars, ObjectBox};
 use crate::perception::{FrameView, Observation, Pipeline, detect_objects, phrase_of_name};
 use crate::planners::Planner;
-use crate::run::{ConfigError, choose, environment, view_of};
+use crate::run::{ConfigError, DomainFolder, environment, view_of};
 
 /// Where the boxes of the test photographs come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum BoxSource {
     /// The authors' detector, as recorded.
     Recorded,
     /// People: the annotated boxes.
     Annotated,
-    /// A detector, by its name in the table of detectors, taught by the exemplar.
-    Detector(String),
+    /// A detector, taught by the exemplar.
+    Detector(PartChoice),
 }
 
 /// Where the goals come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Goals {
     /// The authors' language model, as recorded.
     Recorded,
     /// The problems themselves.
     Truth,
-    /// A goal source, by its name in the table of goal sources, given the instruction.
-    Source(String),
+    /// A goal source, given the instruction.
+    Source(PartChoice),
 }
 
 /// What is measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup<'a> {
-    /// A key of `GROUNDERS`.
-    pub grounder: &'a str,
+    /// The grounder.
+    pub grounder: &'a PartChoice,
     /// Where the boxes come from.
     pub detections: &'a BoxSource,
     /// Where the goals come from.
@@ -58,10 +58,6 @@ pub struct Setup<'a> {
     pub planner: &'a dyn Planner,
     /// Whether goals are repaired.
     pub repair_goals: bool,
-    /// Options of the detector, and the folder that their relative paths start from.
-    pub detector_options: (Option<&'a toml::Table>, &'a Path),
-    /// Likewise for the goal source.
-    pub goal_options: (Option<&'a toml::Table>, &'a Path),
     /// Noise to be measured with, in addition.
     pub jitter: Option<Jitter>,
 }
@@ -95,8 +91,8 @@ pub fn evaluate(
     for exemplar in &data.problems {
         let grounder = grounder(setup.grounder, vocabulary, exemplar)?;
         let mut detector = match setup.detections {
-            BoxSource::Detector(name) => {
-                Some(detector(name, vocabulary, setup, (exemplar, &pictures))?)
+            BoxSource::Detector(choice) => {
+                Some(detector(choice, vocabulary, (exemplar, &pictures))?)
             }
             BoxSource::Recorded | BoxSource::Annotated => None,
         };
@@ -158,8 +154,8 @@ impl Step<'_> {
                 missing("instruction");
                 return Ok(());
             }
-            (Goals::Source(kind), Some(text)) => {
-                let source = self.goal_source(kind, text)?;
+            (Goals::Source(choice), Some(text)) => {
+                let source = self.goal_source(choice, text)?;
                 Some(goal::ask(&*source, self.vocabulary, &boxes)?)
             }
         };
@@ -209,18 +205,19 @@ impl Step<'_> {
         carry_out(&parts, &input)
     }
 
-    fn goal_source(&self, kind: &str, instruction: &str) -> Result<Box<dyn GoalSource>, EvalError> {
+    fn goal_source(
+        &self,
+        choice: &PartChoice,
+        instruction: &str,
+    ) -> Result<Box<dyn GoalSource>, EvalError> {
         let folder = &self.vocabulary.folder;
         let origin = format!("problem {}: instruction", self.test.number);
-        let (options, base) = self.setup.goal_options;
-        let settings = GoalSettings {
+        let inputs = GoalInputs {
             perception: Some(&folder.perception),
-            options,
-            folder: base,
-            environment,
-            ..GoalSettings::new(&origin, instruction.trim(), folder.language.clone())
+            ..GoalInputs::words(&origin, instruction.trim(), folder.language.as_ref())
         };
-        Ok(goals::build(kind, &settings).map_err(ConfigError::from)?)
+        let context = PartContext { choice, inputs, environment };
+        Ok(GOALS.build(&context).map_err(ConfigError::from)?)
     }
 
     /// States from disturbed boxes; nothing is planned from them.
@@ -252,22 +249,21 @@ fn pictures(data: &DomainData, setup: &Setup<'_>) -> Result<BTreeMap<u32, RgbIma
 }
 
 fn grounder(
-    name: &str,
+    choice: &PartChoice,
     vocabulary: &Vocabulary,
     exemplar: &Labelled,
 ) -> Result<Box<dyn Grounder>, EvalError> {
-    let build = choose("--grounder", name, GROUNDERS)?;
     let exemplars = Exemplars::new(vec![exemplar.exemplar()]).map_err(ConfigError::from)?;
-    let folder = &vocabulary.folder;
-    let made = build(&folder.domain, &folder.perception, &exemplars).map_err(ConfigError::from)?;
-    Ok(made)
+    let DomainFolder { domain, perception, .. } = &vocabulary.folder;
+    let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
+    let context = PartContext { choice, inputs, environment };
+    Ok(GROUNDERS.build(&context).map_err(ConfigError::from)?)
 }
 
 /// A detector that has learnt from the exemplar's photograph.
 fn detector(
-    name: &str,
+    choice: &PartChoice,
     vocabulary: &Vocabulary,
-    setup: &Setup<'_>,
     (exemplar, pictures): (&Labelled, &BTreeMap<u32, RgbImage>),
 ) -> Result<Box<dyn Detector>, EvalError> {
     let picture = pictures[&exemplar.number].clone();
@@ -286,7 +282,7 @@ fn detector(
     let inside = clipped.filter(|object| object.pixel_box.is_valid()).collect();
     let example = Exemplar { objects: inside, ..shown };
     let examples = [(picture, example)];
-    Ok(vocabulary.folder.detector(name, setup.detector_options, &examples)?)
+    Ok(vocabulary.folder.detector(choice, &examples)?)
 }
 
 /// The objects that the detector finds in a photograph, under their names.

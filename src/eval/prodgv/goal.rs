@@ -118,14 +118,9 @@ pub(super) fn ask(
     }
     match source.read(&vocabulary.shipped, &objects) {
         Ok(parsed) => Ok(Ok(parsed)),
-        Err(GoalError::NoService { what, how }) => Err(ConfigError::Missing { what, how }.into()),
-        Err(
-            error @ (GoalError::UnknownKind { .. }
-            | GoalError::NoLanguage {}
-            | GoalError::Language { .. }
-            | GoalError::Options { .. }
-            | GoalError::Key { .. }),
-        ) => Err(ConfigError::from(error).into()),
+        Err(error @ (GoalError::Part(_) | GoalError::Language { .. } | GoalError::Key { .. })) => {
+            Err(ConfigError::from(error).into())
+        }
         Err(
             error @ (GoalError::Logical { .. }
             | GoalError::Instruction { .. }

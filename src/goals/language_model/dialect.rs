@@ -1,5 +1,6 @@
 //! What servers of the OpenAI kind have in common, and how each one is held to a form.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -7,7 +8,7 @@ use serde_json::{Value, json};
 const FORM_NAME: &str = "goal";
 
 /// What a server understands beside the common part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Dialect {
     /// llama.cpp's server: `grammar` holds GBNF.

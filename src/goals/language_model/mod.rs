@@ -21,11 +21,12 @@ use self::dialect::{Answer, Question, Turn};
 use self::prompt::Example;
 use self::validate::{Judged, Rules};
 use super::{
-    GoalError, GoalObject, GoalSettings, GoalSource, Language, ParsedGoal, Phrase, Referent, fixed,
-    lexicon,
+    GoalError, GoalObject, GoalSource, Language, ParsedGoal, Phrase, Referent, fixed, lexicon,
 };
 use crate::http::{Client, Header, Request, WebError, shown_url};
 use crate::messages::named_objects;
+use crate::mismatch::Mismatch;
+use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Condition, Domain, Name, SourceText, Typed};
 
 /// Most characters of an answer that are repeated to the model.
@@ -48,50 +49,49 @@ struct LanguageModel {
     cache: Option<Cache>,
 }
 
-/// Makes the goal source of kind `language_model`.
-///
-/// # Errors
-/// [`GoalError::Options`] for options that are not as documented, [`GoalError::Key`] when the
-/// environment holds no key and no answers are kept that could do without.
-pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
-    let table = settings.options.cloned().unwrap_or_default();
-    let options: Options = table.try_into().map_err(|e: toml::de::Error| {
-        settings.bad_options(format!("goal.options: {}", e.to_string().trim_end()))
-    })?;
+/// The entry of the table of goal sources.
+pub(super) const PART: Part<dyn GoalSource> = Part {
+    name: "language_model",
+    help: "a sentence, read by a language model behind an OpenAI-compatible server",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource>, PartError> {
+    let options: Options = context.options()?;
+    let inputs = &context.inputs;
     for (key, value) in [("attempts_max", options.attempts_max), ("tokens_max", options.tokens_max)]
     {
         if value == 0 {
-            let message = format!("goal.options.{key}: expected at least 1, got 0");
-            return Err(settings.bad_options(message));
+            return Err(context.bad_option(key, "at least 1", 0));
         }
     }
-    if settings.text.trim().is_empty() || settings.text.len() > INSTRUCTION_BYTES_MAX {
-        let n = settings.text.len();
-        let message =
-            format!("expected an instruction of 1 to {INSTRUCTION_BYTES_MAX} bytes, got {n}");
-        return Err(settings.bad_options(message));
+    if inputs.text.trim().is_empty() || inputs.text.len() > INSTRUCTION_BYTES_MAX {
+        let expected = format!("an instruction of 1 to {INSTRUCTION_BYTES_MAX} bytes");
+        let mismatch = Mismatch::new(inputs.origin, expected, inputs.text.len());
+        return Err(PartError::Inputs { reason: mismatch.to_string() });
     }
-    let cache = options.cache.as_ref().map(|folder| Cache::new(settings.folder.join(folder)));
+    let cache = options.cache.as_ref().map(|folder| Cache::new(context.choice.folder.join(folder)));
     let key = match &options.key_env {
         None => None,
         Some(variable) => {
-            let key = (settings.environment)(variable).filter(|key| !key.trim().is_empty());
+            let key = (context.environment)(variable).filter(|key| !key.trim().is_empty());
             if key.is_none() && cache.is_none() {
-                return Err(no_key(variable));
+                return Err(no_key(variable).into());
             }
             key.map(|key| Header::secret("Authorization", &format!("Bearer {}", key.trim())))
         }
     };
     let client = Client::new(&options.patience)
-        .map_err(|e| settings.bad_options(format!("goal.options: {e}")))?;
+        .map_err(|e| PartError::Inputs { reason: format!("goal.options: {e}") })?;
     let base = options.url.trim_end_matches('/');
     let is_whole = base.ends_with("/chat/completions");
     let url = if is_whole { base.to_owned() } else { format!("{base}/chat/completions") };
     Ok(Box::new(LanguageModel {
-        origin: settings.origin.clone(),
-        instruction: settings.text.clone(),
-        language: settings.language.clone(),
-        completed: settings.perception.map(|p| p.completed.clone()).unwrap_or_default(),
+        origin: inputs.origin.to_owned(),
+        instruction: inputs.text.to_owned(),
+        language: inputs.language.cloned(),
+        completed: inputs.perception.map(|p| p.completed.clone()).unwrap_or_default(),
         options,
         url,
         key,
@@ -218,10 +218,11 @@ impl LanguageModel {
 
     fn fault(&self, error: &WebError) -> GoalError {
         match (error, &self.options.key_env) {
-            (WebError::NoConnection { .. }, _) => GoalError::NoService {
-                what: format!("the language model at {}", shown_url(&self.url)),
-                how: format!("start its server or set goal.options.url ({error})"),
-            },
+            (WebError::NoConnection { .. }, _) => {
+                let what = format!("the language model at {}", shown_url(&self.url));
+                let how = format!("start its server or set goal.options.url ({error})");
+                PartError::missing(what, how).into()
+            }
             (error, Some(variable)) if error.is_unauthorised() => GoalError::Key {
                 variable: variable.clone(),
                 reason: format!("holds a key that is refused: {error}"),
@@ -239,7 +240,7 @@ impl LanguageModel {
     }
 
     fn refused(&self, message: String) -> GoalError {
-        GoalError::Options { origin: self.origin.clone(), message }
+        PartError::Options { file: self.origin.clone(), message }.into()
     }
 
     /// The worked example: the configured one, else the first of `language.toml` that the offline
@@ -336,16 +337,15 @@ fn phrases(instruction: &str, named: &std::collections::BTreeSet<Name>) -> Vec<P
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::goals::{GOALS, GoalInputs};
+    use crate::parts::PartChoice;
 
-    fn options(text: &str) -> Result<Box<dyn GoalSource>, GoalError> {
+    fn options(text: &str) -> Result<Box<dyn GoalSource>, PartError> {
         let table: toml::Table = text.parse().unwrap();
+        let choice = PartChoice::new("goal.kind", PART.name).with_options(Some(&table), "run.toml");
+        let inputs = GoalInputs::words("run.toml: goal.text", "red over blue", None);
         let environment = |name: &str| (name == "SET").then(|| "sesame".to_owned());
-        let settings = GoalSettings {
-            options: Some(&table),
-            environment,
-            ..GoalSettings::new("run.toml: goal.text", "red over blue", None)
-        };
-        build(&settings)
+        GOALS.build(&PartContext { choice: &choice, inputs, environment })
     }
 
     const GOOD: &str = "url = 'http://127.0.0.1:9/v1'\nmodel = 'm'\ndialect = 'llamacpp'\n";
@@ -367,12 +367,12 @@ mod tests {
                     assert!(!format!("{source:?}").contains("sesame"));
                 }
                 Err(error) => {
-                    let said = error.render();
+                    let said = error.to_string();
                     assert!(!wanted.is_empty() && said.contains(wanted), "{more}: {said}");
                 }
             }
         }
         let error = options("model = 'm'\nurl = ''\ndialect = 'gpt'").unwrap_err();
-        assert!(error.render().contains("`llamacpp`, `ollama`, `openai`, `vllm`"), "{error}");
+        assert!(error.to_string().contains("`llamacpp`, `ollama`, `openai`, `vllm`"), "{error}");
     }
 }

@@ -17,9 +17,8 @@ mod tests;
 
 use std::ops::Range;
 
-use super::{
-    GoalError, GoalObject, GoalSettings, GoalSource, Language, Misunderstood, ParsedGoal, Reason,
-};
+use super::{GoalError, GoalObject, GoalSource, Language, Misunderstood, ParsedGoal, Reason};
+use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::Domain;
 pub(super) use contradictions::first_circle;
 use resolve::Resolver;
@@ -45,15 +44,19 @@ struct Instruction {
     language: Language,
 }
 
-/// Makes the goal source of kind "instruction".
-///
-/// # Errors
-/// [`GoalError::NoLanguage`] when the domain has no `language.toml`, [`GoalError::Options`] when there
-/// are options.
-pub fn build(settings: &GoalSettings<'_>) -> Result<Box<dyn GoalSource>, GoalError> {
-    settings.no_options("instruction")?;
-    let language = settings.language.clone().ok_or(GoalError::NoLanguage {})?;
-    Ok(Box::new(Instruction { text: settings.text.clone(), language }))
+/// The entry of the table of goal sources.
+pub(super) const PART: Part<dyn GoalSource> = Part {
+    name: "instruction",
+    help: "a sentence, read offline with the words of the domain's language.toml",
+    options: no_options,
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource>, PartError> {
+    let language = context.inputs.language.cloned().ok_or_else(|| PartError::Inputs {
+        reason: "a goal of kind \"instruction\" needs the domain's language.toml".to_owned(),
+    })?;
+    Ok(Box::new(Instruction { text: context.inputs.text.to_owned(), language }))
 }
 
 impl GoalSource for Instruction {

@@ -7,25 +7,28 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::boxes::is_inside;
-use super::{Detector, DetectorError, DetectorSettings};
+use super::{Detector, DetectorError};
 use crate::geometry::PixelBox;
+use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception, TypeSpec, json_entries};
 use crate::perception::phrases::{answer, words};
 use crate::perception::{Detection, Detections, ImageView};
 
 /// `[perception.options]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Options {
-    /// The file.
+    /// The file with the boxes: JSON, `{"name": [x1, y1, x2, y2]}` in pixels.
     boxes: String,
     /// Types of objects whose entry does not say one and whose name does not tell it.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, String>")]
     types: BTreeMap<Name, Name>,
 }
 
@@ -48,18 +51,26 @@ struct AnnotatedDetector {
     objects: Vec<Detection>,
 }
 
-/// The entry for the table of detectors.
-pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    let options: Options = settings.options()?;
-    let known_types = settings.domain.known_types();
+/// The entry of the table of detectors.
+pub(super) const PART: Part<dyn Detector> = Part {
+    name: "annotated",
+    help: "boxes from a JSON file: labelled by hand, or found by another program",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, PartError> {
+    let options: Options = context.options()?;
+    let known_types = context.inputs.domain.known_types();
     if let Some((name, unknown)) = options.types.iter().find(|(_, t)| !known_types.contains(*t)) {
         let option = format!("types.{name}");
-        return Err(DetectorError::option(&option, one_of(&known_types), unknown.as_str()));
+        return Err(context.bad_option(&option, one_of(&known_types), unknown));
     }
-    let text = settings.read(&options.boxes)?;
-    let file = settings.path(&options.boxes).display().to_string();
-    let objects = read(&text, &file, &options.types, (settings.perception, &known_types))?;
-    Ok(Box::new(AnnotatedDetector { file, perception: settings.perception.clone(), objects }))
+    let perception = context.inputs.perception;
+    let text = context.read(&options.boxes)?;
+    let file = context.path(&options.boxes).display().to_string();
+    let objects = read(&text, &file, &options.types, (perception, &known_types))?;
+    Ok(Box::new(AnnotatedDetector { file, perception: perception.clone(), objects }))
 }
 
 /// The objects of a file.
@@ -68,19 +79,17 @@ fn read(
     file: &str,
     types: &BTreeMap<Name, Name>,
     (perception, known_types): (&Perception, &BTreeSet<Name>),
-) -> Result<Vec<Detection>, DetectorError> {
-    let fault = |message: String| DetectorError::File { file: file.to_owned(), message };
+) -> Result<Vec<Detection>, PartError> {
+    let fault = |message: String| PartError::file(file, message);
     let entries = json_entries(text).map_err(|e| fault(e.to_string()))?;
     let mut seen: BTreeSet<&Name> = BTreeSet::new();
     let mut objects = Vec::with_capacity(entries.len());
     for (name, value) in &entries {
-        let wrong = |field: &str,
-                     expected: &str,
-                     got: &dyn std::fmt::Display|
-         -> Result<_, DetectorError> {
-            let message = format!("{name}{field}: expected {expected}, got {got}");
-            Err(DetectorError::File { file: file.to_owned(), message })
-        };
+        let wrong =
+            |field: &str, expected: &str, got: &dyn std::fmt::Display| -> Result<_, PartError> {
+                let message = format!("{name}{field}: expected {expected}, got {got}");
+                Err(fault(message))
+            };
         if !is_name(name) {
             return wrong("", "a name without blanks, brackets, quotes and semicolons", name);
         }
@@ -176,7 +185,7 @@ impl Detector for AnnotatedDetector {
             let name = &outside.label;
             let message =
                 format!("{name}.box: expected a box inside {width} x {height}, got {got:?}");
-            return Err(DetectorError::File { file: self.file.clone(), message });
+            return Err(PartError::file(&self.file, message).into());
         }
         let names: Vec<Name> = self.objects.iter().map(|o| o.label.clone()).collect();
         let phrases = answer(&self.perception, (&names, &self.objects), phrases);
@@ -191,7 +200,7 @@ mod tests {
 
     const HANOI: &str = include_str!("../../../domains/hanoi/perception.toml");
 
-    fn parsed(text: &str, types: &[(&str, &str)]) -> Result<Vec<Detection>, DetectorError> {
+    fn parsed(text: &str, types: &[(&str, &str)]) -> Result<Vec<Detection>, PartError> {
         let perception = Perception::parse("perception.toml", HANOI).unwrap();
         let known_types = ["disk", "peg"].map(Name::new).into_iter().collect();
         let types = types.iter().map(|(n, t)| (Name::new(n), Name::new(t))).collect();

@@ -5,7 +5,6 @@
 
 mod colour;
 mod boxes;
-mod options;
 mod lab;
 mod palette;
 mod looks;
@@ -15,13 +14,12 @@ mod onnx;
 
 pub use colour::ColourDetector;
 
-use std::path::Path;
-
 use thiserror::Error;
 
 use super::model::{ObjectBox, Perception};
 use super::{Detections, ImageView};
 use crate::http::WebError;
+use crate::parts::{PartError, Registry, Role};
 use crate::pddl::Domain;
 
 /// Finds objects of the domain's types in an image.
@@ -82,30 +80,6 @@ pub enum DetectorError {
         /// The image's height.
         height: usize,
     },
-    /// The detector's own options are not of the documented form.
-    #[error("perception.options: {message}")]
-    Options {
-        /// What the parser says.
-        message: String,
-    },
-    /// An option has a value that cannot be.
-    #[error("perception.options.{option}: expected {expected}, got {got}")]
-    Option {
-        /// The option.
-        option: String,
-        /// What may stand there.
-        expected: String,
-        /// What does.
-        got: String,
-    },
-    /// A file of the detector is not usable.
-    #[error("{file}: {message}")]
-    File {
-        /// The file.
-        file: String,
-        /// What is wrong with it: the field, what was expected and what stands there.
-        message: String,
-    },
     /// A service does not answer, or refuses.
     #[error(transparent)]
     Service(#[from] WebError),
@@ -117,59 +91,50 @@ pub enum DetectorError {
         /// What was expected and what came.
         message: String,
     },
-    /// Something that the detector needs is missing: exit code 5.
-    #[error("{what} is missing: {how}")]
-    Missing {
-        /// What.
-        what: String,
-        /// How to get it.
-        how: String,
-    },
+    /// Something outside is missing, or an option or a file is not usable.
+    #[error(transparent)]
+    Part(#[from] PartError),
 }
 
 impl DetectorError {
     /// Whether something outside is missing that may be there another time: exit code 5.
     pub fn is_missing(&self) -> bool {
         match self {
-            Self::Missing { .. } => true,
+            Self::Part(error) => error.is_missing(),
             Self::Service(error) => error.is_absent(),
-            Self::TooManyColours { .. }
-            | Self::BoxOutside { .. }
-            | Self::Options { .. }
-            | Self::Option { .. }
-            | Self::File { .. }
-            | Self::Reply { .. } => false,
+            Self::TooManyColours { .. } | Self::BoxOutside { .. } | Self::Reply { .. } => false,
         }
-    }
-
-    fn option(option: &str, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        let (expected, got) = (expected.into(), got.into());
-        Self::Option { option: option.to_owned(), expected, got }
     }
 }
 
-/// What a detector is made from.
+impl From<DetectorError> for PartError {
+    fn from(error: DetectorError) -> Self {
+        match error {
+            DetectorError::Part(error) => error,
+            DetectorError::TooManyColours { .. }
+            | DetectorError::BoxOutside { .. }
+            | DetectorError::Service(_)
+            | DetectorError::Reply { .. } => Self::Inputs { reason: error.to_string() },
+        }
+    }
+}
+
+/// What detectors are made from.
 #[derive(Debug, Clone, Copy)]
-pub struct DetectorSettings<'a> {
+pub struct DetectorInputs<'a> {
     /// The domain.
     pub domain: &'a Domain,
     /// How it is seen.
     pub perception: &'a Perception,
-    /// The detector's own options, `[perception.options]` of the run file.
-    pub options: Option<&'a toml::Table>,
-    /// What relative paths in the options start from.
-    pub folder: &'a Path,
-    /// Looks up environment variables: keys of services come from there only.
-    pub environment: fn(&str) -> Option<String>,
 }
 
-/// Makes a detector for one domain.
-pub type Build = fn(&DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError>;
+impl Role for dyn Detector {
+    type Inputs<'a> = DetectorInputs<'a>;
+    const NAME: &'static str = "detector";
+    const KEY: &'static str = "perception.detector";
+    const OPTIONS: &'static str = "perception.options";
+}
 
 /// Every detector by its name in configuration files, in alphabetical order.
-pub const DETECTORS: &[(&str, Build)] = &[
-    ("annotated", annotated::build),
-    ("colour", colour::build),
-    ("http", http::build),
-    ("onnx", onnx::build),
-];
+pub static DETECTORS: Registry<dyn Detector> =
+    Registry(&[annotated::PART, colour::PART, http::PART, onnx::PART]);

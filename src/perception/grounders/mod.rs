@@ -13,6 +13,7 @@ pub use judged::{Basis, Evidence, Grounding, Judged};
 pub use nearest::S2s;
 
 use super::model::{Exemplars, ObjectBox, Perception, PerceptionError};
+use crate::parts::{PartError, Registry, Role};
 use crate::pddl::Domain;
 
 /// Turns object boxes into judged facts. Pure: the same boxes give the same facts, in any order
@@ -22,8 +23,29 @@ pub trait Grounder: Send + Sync {
     fn ground(&self, objects: &[ObjectBox]) -> Grounding;
 }
 
-/// Makes a grounder for one domain from its labelled examples.
-pub type Build = fn(&Domain, &Perception, &Exemplars) -> Result<Box<dyn Grounder>, PerceptionError>;
+/// What grounders are made from.
+#[derive(Debug, Clone, Copy)]
+pub struct GrounderInputs<'a> {
+    /// The domain.
+    pub domain: &'a Domain,
+    /// How it is seen.
+    pub perception: &'a Perception,
+    /// The labelled examples.
+    pub exemplars: &'a Exemplars,
+}
+
+impl Role for dyn Grounder {
+    type Inputs<'a> = GrounderInputs<'a>;
+    const NAME: &'static str = "grounder";
+    const KEY: &'static str = "perception.grounder";
+    const OPTIONS: &'static str = "perception.grounder_options";
+}
+
+impl From<PerceptionError> for PartError {
+    fn from(error: PerceptionError) -> Self {
+        Self::Inputs { reason: error.to_string() }
+    }
+}
 
 /// Every grounder by its name in configuration files, in alphabetical order.
-pub const GROUNDERS: &[(&str, Build)] = &[("s2s", nearest::build), ("s2s-joint", joint::build)];
+pub static GROUNDERS: Registry<dyn Grounder> = Registry(&[nearest::PART, joint::PART]);

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use super::Grounder;
 use super::candidates::{CandidateSlots, for_tuples, slots};
 use super::examples::{Example, Examples};
 use super::judged::{Basis, Evidence, Grounding, Judged};
+use super::{Grounder, GrounderInputs};
 use crate::logic::Truth;
+use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Atom, Domain, Name, Types};
 use crate::perception::model::features::{
     Feature, FeatureVector, Needs, default_feature, feature_by_name,
 };
-use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
+use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, PerceptionError};
 
 /// The nearest-neighbour grounder, with the features of its examples computed once.
 #[derive(Debug, Clone)]
@@ -35,12 +36,16 @@ struct Table {
     negatives: Examples,
 }
 
-/// The entry for the table of grounders.
-pub(super) fn build(
-    domain: &Domain,
-    perception: &Perception,
-    exemplars: &Exemplars,
-) -> Result<Box<dyn Grounder>, PerceptionError> {
+/// The entry of the table of grounders.
+pub(super) const PART: Part<dyn Grounder> = Part {
+    name: "s2s",
+    help: "each fact as in the nearest labelled example (S2S, the paper's)",
+    options: no_options,
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn Grounder>) -> Result<Box<dyn Grounder>, PartError> {
+    let GrounderInputs { domain, perception, exemplars } = context.inputs;
     Ok(Box::new(S2s::new(domain, &perception.observed, exemplars)?))
 }
 

@@ -13,13 +13,15 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use self::call::Call;
 use self::encode::encode;
 use self::process::{End, Limits};
-use super::{PlanQuery, Planner, PlannerError, PlannerSettings};
+use super::{PlanQuery, Planner};
 use crate::clock::monotonic_ns;
+use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Domain, Step};
 use crate::planning::{Answer, Outcome, Plan, PlanRequest, Statistics, Validation, validate};
 
@@ -42,7 +44,7 @@ const HOW: &str = "pip install up-fast-downward (and name its python in planner.
     or planner.options.program = \"…/fast-downward.py\"";
 
 /// `[planner.options]` of the planner "fast-downward".
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct Options {
     /// The Python that has the wheel, and that runs a `program` that ends with `.py`.
@@ -104,35 +106,36 @@ pub struct BackendAnswer {
     pub wall_ns: u64,
 }
 
-pub(super) fn build(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError> {
-    Ok(Box::new(FastDownward::new(settings)?))
+/// The entry of the table of planners.
+pub(super) const PART: Part<dyn Planner> = Part {
+    name: "fast-downward",
+    help: "Fast Downward in a process of its own, from its Python wheel or an installation",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn Planner>) -> Result<Box<dyn Planner>, PartError> {
+    Ok(Box::new(FastDownward::new(context)?))
 }
 
 impl FastDownward {
     /// Reads `[planner.options]` and looks for the program.
     ///
     /// # Errors
-    /// [`PlannerError::Options`] for options that cannot be, [`PlannerError::Missing`] when there
-    /// is no Fast Downward.
-    pub fn new(settings: &PlannerSettings<'_>) -> Result<Self, PlannerError> {
-        let options = settings.config.options.clone().unwrap_or_default();
-        let fault = |field: &str, message: String| PlannerError::Options {
-            file: settings.file.to_owned(),
-            field: field.to_owned(),
-            message,
-        };
-        let mut options: Options =
-            options.try_into().map_err(|e: toml::de::Error| fault("", e.message().to_owned()))?;
+    /// [`PartError::Options`] for options that cannot be, [`PartError::Missing`] when there is no
+    /// Fast Downward.
+    pub fn new(context: &PartContext<'_, dyn Planner>) -> Result<Self, PartError> {
+        let mut options: Options = context.options()?;
         if options.timeout_s == 0 || options.memory_mb == 0 {
-            let field = if options.timeout_s == 0 { ".timeout_s" } else { ".memory_mb" };
-            return Err(fault(field, "expected 1 or more, got 0".to_owned()));
+            let option = if options.timeout_s == 0 { "timeout_s" } else { "memory_mb" };
+            return Err(context.bad_option(option, "1 or more", 0));
         }
         if options.python.contains('/') {
-            let python = settings.folder.join(&options.python);
+            let python = context.choice.folder.join(&options.python);
             options.python = python.to_str().unwrap_or(&options.python).to_owned();
         }
         let parts = match &options.program {
-            Some(program) => driver(&settings.folder.join(program))?,
+            Some(program) => driver(&context.choice.folder.join(program))?,
             None => wheel(&options)?,
         };
         Ok(Self { options, parts })
@@ -194,11 +197,11 @@ fn named(text: impl std::fmt::Display) -> String {
     format!("fast-downward: {text}")
 }
 
-fn missing(what: impl std::fmt::Display) -> PlannerError {
-    PlannerError::Missing { what: format!("Fast Downward ({what})"), how: HOW.to_owned() }
+fn missing(what: impl std::fmt::Display) -> PartError {
+    PartError::missing(format!("Fast Downward ({what})"), HOW)
 }
 
-fn driver(program: &Path) -> Result<Parts, PlannerError> {
+fn driver(program: &Path) -> Result<Parts, PartError> {
     if program.is_file() {
         Ok(Parts::Driver(program.to_owned()))
     } else {
@@ -206,7 +209,7 @@ fn driver(program: &Path) -> Result<Parts, PlannerError> {
     }
 }
 
-fn wheel(options: &Options) -> Result<Parts, PlannerError> {
+fn wheel(options: &Options) -> Result<Parts, PartError> {
     let limits = Limits {
         deadline_ns: monotonic_ns() + FIND_NS_MAX,
         memory_bytes: u64::from(options.memory_mb) << 20,

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::*;
+use crate::parts::PartChoice;
 use crate::pddl::{Problem, SourceText, parse_domain, parse_problem};
-use crate::planners::PlannerConfig;
+use crate::planners::PlannerInputs;
 use crate::planning::Budget;
 
 const DOMAIN: &str = "(define (domain d) (:predicates (p) (q))
@@ -44,12 +45,12 @@ impl Bench {
         path
     }
 
-    fn make(&self, options: &str) -> Result<FastDownward, PlannerError> {
-        let mut config = PlannerConfig::single("fast-downward", &Budget::standard());
-        config.options = Some(options.parse().unwrap());
-        let settings =
-            PlannerSettings { config: &config, file: "run.toml", folder: self.folder.path() };
-        FastDownward::new(&settings)
+    fn make(&self, options: &str) -> Result<FastDownward, PartError> {
+        let options: toml::Table = options.parse().unwrap();
+        let file = self.folder.path().join("run.toml");
+        let choice = PartChoice::new("planner.name", PART.name).with_options(Some(&options), file);
+        let inputs = PlannerInputs { budget: &Budget::standard() };
+        FastDownward::new(&PartContext { choice: &choice, inputs, environment: |_| None })
     }
 
     /// What comes of a driver with this body.
@@ -201,7 +202,7 @@ fn what_is_missing_is_named_with_the_line_that_installs_it() {
     for options in ["program = \"nowhere\"", "python = \"./nowhere\"", "python = \"./bare_python\""]
     {
         let error = bench.make(options).unwrap_err();
-        assert!(matches!(error, PlannerError::Missing { .. }), "{options}: {error}");
+        assert!(matches!(error, PartError::Missing { .. }), "{options}: {error}");
         assert!(error.to_string().contains("pip install up-fast-downward"), "{error}");
     }
 }

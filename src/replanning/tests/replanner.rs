@@ -8,21 +8,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::logic::{Bindings, Facts, Truth, Universe, bind, effects, evaluate};
 use crate::messages::{GoalMessage, PlanVerdict, Rung};
 use crate::pddl::{Atom, Domain, SourceText, Step, Typed, parse_goal};
-use crate::planners::{
-    PLANNERS, PlanQuery, Planner, PlannerConfig, PlannerError, PlannerSettings, TableConfig,
-};
+use crate::planners::{PlanQuery, Planner, PlannerConfig, TableConfig};
 use crate::planning::{Answer, Budget, Outcome, Plan, Statistics};
 use crate::replanning::{LadderEnd, TableEnd, *};
 use crate::run::DomainFolder;
 use crate::scene::{Origin, Scene, SceneFact, SceneObject, Visibility};
 
 const PENALTY: u32 = 5;
-
-/// The project's own planner.
-fn embedded(settings: &PlannerSettings<'_>) -> Result<Box<dyn Planner>, PlannerError> {
-    let (_, build) = PLANNERS.iter().find(|(name, _)| *name == "embedded").unwrap();
-    build(settings)
-}
 
 /// Counts how often it is asked.
 #[derive(Debug)]
@@ -117,9 +109,7 @@ impl Desk {
         let domain = Arc::new(DomainFolder::read(&path).unwrap().domain);
         let objects = blocks_and_arm();
         let goal = parse_goal(&SourceText::new("goal", goal), &domain, &objects).unwrap();
-        let (_, build) = PLANNERS.iter().find(|(name, _)| *name == config.name).unwrap();
-        let settings = PlannerSettings { config, file: "run.toml", folder: Path::new("") };
-        let inner = build(&settings).unwrap();
+        let inner = config.planner(Path::new("run.toml"), |_| None).unwrap();
         let planner = Arc::new(Counting { inner, n_calls: AtomicU32::new(0) });
         let replanner =
             Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config, Vec::new());
@@ -329,8 +319,7 @@ fn the_limit_that_was_met_is_named() {
 fn a_planner_without_options_refuses_them() {
     let options = "speed = 1".parse().unwrap();
     let config = PlannerConfig { options: Some(options), ..config() };
-    let settings = PlannerSettings { config: &config, file: "run.toml", folder: Path::new("") };
-    let error = embedded(&settings).unwrap_err().to_string();
+    let error = config.planner(Path::new("run.toml"), |_| None).unwrap_err().to_string();
     let wanted = "run.toml: planner.options.speed: the planner \"embedded\" has no options";
     assert_eq!(error, wanted);
 }

@@ -12,11 +12,10 @@ mod appearance;
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
-
 use super::looks::used_colours;
 use super::palette::{NONE, Palette, cell};
-use super::{Detector, DetectorError, DetectorSettings};
+use super::{Detector, DetectorError};
+use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception, TypeSpec};
 use crate::perception::naming::{label_of, name_detections};
@@ -38,15 +37,16 @@ pub struct ColourDetector {
     masks: Vec<BitMask>,
 }
 
-/// `[perception.options]`: there are none.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoOptions {}
+/// The entry of the table of detectors.
+pub(super) const PART: Part<dyn Detector> = Part {
+    name: "colour",
+    help: "patches of the colours that perception.toml declares for each type",
+    options: no_options,
+    build,
+};
 
-/// The entry for the table of detectors.
-pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    let NoOptions {} = settings.options()?;
-    Ok(Box::new(ColourDetector::new(settings.perception)?))
+fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, PartError> {
+    Ok(Box::new(ColourDetector::new(context.inputs.perception)?))
 }
 
 impl ColourDetector {

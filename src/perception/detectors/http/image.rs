@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::perception::ImageView;
@@ -13,7 +14,7 @@ use crate::perception::ImageView;
 const JPEG_QUALITY: u8 = 92;
 
 /// How frames are sent.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Encoding {
     /// Nothing is lost.

@@ -14,14 +14,17 @@ mod roboflow;
 
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::boxes::clipped;
 use super::looks::Looks;
-use super::{Detector, DetectorError, DetectorSettings};
+use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
 use crate::http::{Client, Patience, Reply, Request, shown_url};
+use crate::mismatch::Mismatch;
+use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::perception::model::{ObjectBox, TypeSpec};
 use crate::perception::phrases::phrase_of_name;
 use crate::perception::{Detection, Detections, ImageView, PhraseBox};
@@ -33,7 +36,7 @@ use labels::query_of;
 const MESSAGE_CHARS_MAX: usize = 300;
 
 /// `[perception.options]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Options {
     /// How the service speaks.
@@ -62,7 +65,7 @@ struct Options {
 }
 
 /// `[perception.options.poll]`. Every key may be left out.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct Poll {
     /// Pause between two questions, milliseconds; 1000 without the key, as the vendor's client has.
@@ -88,7 +91,7 @@ fn duplicate_iou() -> f64 {
 }
 
 /// How a service speaks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Dialect {
     DinoX,
@@ -152,14 +155,21 @@ struct HttpDetector {
     prompts: Vec<String>,
 }
 
-/// The entry for the table of detectors.
-pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    let options: Options = settings.options()?;
+/// The entry of the table of detectors.
+pub(super) const PART: Part<dyn Detector> = Part {
+    name: "http",
+    help: "an open-vocabulary model behind HTTP: DINO-X, Hugging Face or Roboflow",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, PartError> {
+    let options: Options = context.options()?;
     for (option, share) in
         [("score_min", options.score_min), ("duplicate_iou", options.duplicate_iou)]
     {
         if !(0.0..=1.0).contains(&share) {
-            return Err(DetectorError::option(option, "a share in 0..=1", share.to_string()));
+            return Err(context.bad_option(option, "a share in 0..=1", share));
         }
     }
     let url = match (&options.url, options.dialect) {
@@ -168,25 +178,35 @@ pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>
         (None, Dialect::Roboflow) => roboflow::URL.to_owned(),
         (None, Dialect::HuggingFace) => {
             let expected = "the address of an endpoint: every model has its own";
-            return Err(DetectorError::option("url", expected, "none"));
+            return Err(context.bad_option("url", expected, "none"));
         }
     };
     let key = options.key_env.as_deref().map(|name| {
-        (settings.environment)(name).filter(|key| !key.is_empty()).ok_or_else(|| {
+        (context.environment)(name).filter(|key| !key.is_empty()).ok_or_else(|| {
             let expected = "the name of an environment variable with a key";
-            DetectorError::option("key_env", expected, format!("{name}, which is not set"))
+            context.bad_option("key_env", expected, format!("{name}, which is not set"))
         })
     });
-    let prompts: Vec<String> = settings.perception.types.iter().map(prompt_of).collect();
+    let DetectorInputs { perception, .. } = context.inputs;
+    let prompts: Vec<String> = perception.types.iter().map(prompt_of).collect();
     if let Some((i, prompt)) = prompts.iter().enumerate().find(|(i, p)| prompts[..*i].contains(p)) {
-        let type_name = &settings.perception.types[i].name;
-        return Err(DetectorError::File {
-            file: "perception.toml".to_owned(),
-            message: format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}"),
-        });
+        let type_name = &perception.types[i].name;
+        let message =
+            format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}");
+        return Err(PartError::file("perception.toml", message));
     }
-    let (client, looks) = (Client::new(&options.patience)?, Looks::new(settings.perception)?);
+    let (client, looks) = (client(&options.patience)?, Looks::new(perception)?);
     Ok(Box::new(HttpDetector { key: key.transpose()?, options, url, client, looks, prompts }))
+}
+
+fn client(patience: &Patience) -> Result<Client, DetectorError> {
+    Ok(Client::new(patience)?)
+}
+
+/// The service does not take the key, or wants one.
+fn bad_key(expected: &str, got: &str) -> DetectorError {
+    let message = Mismatch::new("perception.options.key_env", expected, got).to_string();
+    PartError::Options { file: String::new(), message }.into()
 }
 
 fn prompt_of(spec: &TypeSpec) -> String {
@@ -318,26 +338,22 @@ impl HttpDetector {
                 None => std::thread::sleep(Duration::from_millis(interval_ms)),
             }
         }
-        Err(DetectorError::Missing {
-            what: format!("the result of {}", shown_url(&self.url)),
-            how: format!(
-                "it was not there after {polls_max} questions, {interval_ms} ms apart; raise \
-                 perception.options.poll.polls_max or interval_ms"
-            ),
-        })
+        let how = format!(
+            "it was not there after {polls_max} questions, {interval_ms} ms apart; raise \
+             perception.options.poll.polls_max or interval_ms"
+        );
+        Err(PartError::missing(format!("the result of {}", shown_url(&self.url)), how).into())
     }
 
     fn send(&self, request: &Request) -> Result<Reply, DetectorError> {
         self.client.send(request).map_err(|error| match &self.options.key_env {
-            Some(name) if error.is_unauthorised() => DetectorError::option(
-                "key_env",
+            Some(name) if error.is_unauthorised() => bad_key(
                 "the name of an environment variable with a key that the service takes",
-                format!("{name} ({error})"),
+                &format!("{name} ({error})"),
             ),
-            None if error.is_unauthorised() => DetectorError::option(
-                "key_env",
+            None if error.is_unauthorised() => bad_key(
                 "the name of an environment variable with a key, since the service wants one",
-                format!("none ({error})"),
+                &format!("none ({error})"),
             ),
             Some(_) | None => DetectorError::from(error),
         })

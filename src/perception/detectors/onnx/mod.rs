@@ -14,20 +14,39 @@ mod decode;
 #[cfg(feature = "onnx")]
 mod model;
 
-use super::{Detector, DetectorError, DetectorSettings};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-/// The entry for the table of detectors.
-#[cfg(feature = "onnx")]
-pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    model::build(settings)
+use super::Detector;
+use crate::parts::{Part, PartContext, PartError, options_of};
+
+/// `[perception.options]`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(not(feature = "onnx"), expect(dead_code, reason = "described, but not read"))]
+struct Options {
+    /// The model: an ONNX file.
+    model: String,
+    /// What goes into the model and what comes out of it: a TOML file.
+    description: String,
 }
 
-/// The entry for the table of detectors.
+/// The entry of the table of detectors.
+pub(super) const PART: Part<dyn Detector> = Part {
+    name: "onnx",
+    help: "an exported model, run in this process; needs a build with `--features onnx`",
+    options: options_of::<Options>(),
+    build,
+};
+
+#[cfg(feature = "onnx")]
+use model::build;
+
 #[cfg(not(feature = "onnx"))]
-pub(super) fn build(_: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    Err(DetectorError::Missing {
-        what: "the runtime for ONNX models".to_owned(),
-        how: "this groundloop was built without it; build with `cargo build --features onnx`"
-            .to_owned(),
-    })
+fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, PartError> {
+    context.options::<Options>()?;
+    Err(PartError::missing(
+        "the runtime for ONNX models",
+        "this groundloop was built without it; build with `cargo build --features onnx`",
+    ))
 }

@@ -4,28 +4,19 @@ use std::collections::BTreeSet;
 
 use rten::{Model, NodeId, Value};
 use rten_tensor::{AsView as _, Layout as _};
-use serde::Deserialize;
 
+use super::Options;
 use super::decode::{Tensor, decode};
 use super::description::Description;
 use super::input::{Fit, values};
+use crate::parts::{PartContext, PartError};
 use crate::pddl::Name;
 use crate::perception::detectors::boxes::clipped;
 use crate::perception::detectors::looks::Looks;
-use crate::perception::detectors::{Detector, DetectorError, DetectorSettings};
+use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::model::ObjectBox;
 use crate::perception::phrases::answer;
 use crate::perception::{Detection, Detections, ImageView, name_detections};
-
-/// `[perception.options]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Options {
-    /// The model, an ONNX file.
-    model: String,
-    /// What it is: a TOML file.
-    description: String,
-}
 
 /// Runs a model.
 struct OnnxDetector {
@@ -37,19 +28,20 @@ struct OnnxDetector {
     looks: Looks,
 }
 
-pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>, DetectorError> {
-    let options: Options = settings.options()?;
-    let of_file = |path: &str, message: String| DetectorError::File {
-        file: settings.path(path).display().to_string(),
-        message,
+pub(super) fn build(
+    context: &PartContext<'_, dyn Detector>,
+) -> Result<Box<dyn Detector>, PartError> {
+    let options: Options = context.options()?;
+    let of_file = |path: &str, message: String| {
+        PartError::file(context.path(path).display().to_string(), message)
     };
-    let text = settings.read(&options.description)?;
-    let types: BTreeSet<Name> = settings.perception.types.iter().map(|t| t.name.clone()).collect();
+    let text = context.read(&options.description)?;
+    let types: BTreeSet<Name> =
+        context.inputs.perception.types.iter().map(|t| t.name.clone()).collect();
     let description = Description::parse(&text, &types)
         .map_err(|message| of_file(&options.description, message))?;
     let wrong = |message: String| of_file(&options.model, message);
-    let model =
-        Model::load_file(settings.path(&options.model)).map_err(|e| wrong(e.to_string()))?;
+    let model = Model::load_file(context.path(&options.model)).map_err(|e| wrong(e.to_string()))?;
     let node = |name: &str| {
         model.find_node(name).ok_or_else(|| {
             let ids = model.input_ids().iter().chain(model.output_ids());
@@ -67,9 +59,9 @@ pub(super) fn build(settings: &DetectorSettings<'_>) -> Result<Box<dyn Detector>
         }
     };
     let outputs = description.output.tensors().into_iter().map(node);
-    let outputs = outputs.collect::<Result<Vec<NodeId>, DetectorError>>()?;
-    let looks = Looks::new(settings.perception)?;
-    let file = settings.path(&options.model).display().to_string();
+    let outputs = outputs.collect::<Result<Vec<NodeId>, PartError>>()?;
+    let looks = Looks::new(context.inputs.perception)?;
+    let file = context.path(&options.model).display().to_string();
     Ok(Box::new(OnnxDetector { file, model, input, outputs, description, looks }))
 }
 
@@ -85,7 +77,7 @@ impl Detector for OnnxDetector {
         phrases: &[String],
     ) -> Result<Detections, DetectorError> {
         let (shape, values) = values(&self.description.input, image);
-        let wrong = |message: String| DetectorError::File { file: self.file.clone(), message };
+        let wrong = |message: String| DetectorError::from(PartError::file(&self.file, message));
         let input = Value::from_shape(shape, values).map_err(|e| wrong(e.to_string()))?;
         let outputs = self
             .model

@@ -25,7 +25,8 @@ mod tests;
 use std::collections::BTreeMap;
 
 use super::candidates::slots;
-use super::{CandidateSlots, Grounder, Grounding, S2s};
+use super::{CandidateSlots, Grounder, GrounderInputs, Grounding, S2s};
+use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Domain, Name, Types};
 use crate::perception::model::constraints::{Constraints, SecondOpinion, Support};
 use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
@@ -55,12 +56,16 @@ struct Joint {
     total: Vec<Name>,
 }
 
-/// The entry for the table of grounders.
-pub(super) fn build(
-    domain: &Domain,
-    perception: &Perception,
-    exemplars: &Exemplars,
-) -> Result<Box<dyn Grounder>, PerceptionError> {
+/// The entry of the table of grounders.
+pub(super) const PART: Part<dyn Grounder> = Part {
+    name: "s2s-joint",
+    help: "S2S's distances, judged together under the domain's constraints",
+    options: no_options,
+    build,
+};
+
+fn build(context: &PartContext<'_, dyn Grounder>) -> Result<Box<dyn Grounder>, PartError> {
+    let GrounderInputs { domain, perception, exemplars } = context.inputs;
     Ok(Box::new(Joint::new(domain, perception, exemplars)?))
 }
 

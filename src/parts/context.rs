@@ -1,0 +1,100 @@
+//! What a part is made from.
+
+use std::fmt::Display;
+use std::path::PathBuf;
+
+use serde::de::DeserializeOwned;
+
+use super::{PartError, Role};
+use crate::mismatch::Mismatch;
+
+/// A part that somebody has chosen: its name, its options, and where both were written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartChoice {
+    /// What named it: the key of a run file, or a flag.
+    pub key: String,
+    /// The part's name.
+    pub name: String,
+    /// Its own options.
+    pub options: toml::Table,
+    /// The file that the options stand in, for messages; empty when they come from no file.
+    pub file: String,
+    /// What relative paths in the options start from.
+    pub folder: PathBuf,
+}
+
+impl PartChoice {
+    /// A part without options.
+    pub fn new(key: &str, name: &str) -> Self {
+        Self {
+            key: key.to_owned(),
+            name: name.to_owned(),
+            options: toml::Table::new(),
+            file: String::new(),
+            folder: PathBuf::new(),
+        }
+    }
+
+    /// The same part with options from a file; relative paths start from its folder.
+    pub fn with_options(self, options: Option<&toml::Table>, file: impl Into<PathBuf>) -> Self {
+        let file = file.into();
+        Self {
+            options: options.cloned().unwrap_or_default(),
+            folder: file.parent().map(PathBuf::from).unwrap_or_default(),
+            file: file.display().to_string(),
+            ..self
+        }
+    }
+}
+
+/// What a part is made from.
+pub struct PartContext<'a, T: Role + ?Sized> {
+    /// Which part, with its options.
+    pub choice: &'a PartChoice,
+    /// What every part of the role is made from.
+    pub inputs: T::Inputs<'a>,
+    /// Looks up environment variables: keys of services come from there only.
+    pub environment: fn(&str) -> Option<String>,
+}
+
+impl<T: Role + ?Sized> std::fmt::Debug for PartContext<'_, T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PartContext").field("choice", self.choice).finish_non_exhaustive()
+    }
+}
+
+impl<T: Role + ?Sized> PartContext<'_, T> {
+    /// The options as the part declares them.
+    ///
+    /// # Errors
+    /// [`PartError::Options`] naming the key.
+    pub fn options<O: DeserializeOwned>(&self) -> Result<O, PartError> {
+        let table = self.choice.options.clone();
+        table.try_into().map_err(|e: toml::de::Error| {
+            let message = format!("{}: {}", T::OPTIONS, e.to_string().trim_end());
+            PartError::Options { file: self.choice.file.clone(), message }
+        })
+    }
+
+    /// An option has a value that cannot be.
+    pub fn bad_option(&self, option: &str, expected: impl Display, got: impl Display) -> PartError {
+        let key = format!("{}.{option}", T::OPTIONS);
+        let message = Mismatch::new(key, expected, got).to_string();
+        PartError::Options { file: self.choice.file.clone(), message }
+    }
+
+    /// A path of the options: relative ones start from the folder of the file that they stand in.
+    pub fn path(&self, path: &str) -> PathBuf {
+        self.choice.folder.join(path)
+    }
+
+    /// A text file that an option names.
+    ///
+    /// # Errors
+    /// [`PartError::File`] when it cannot be read.
+    pub fn read(&self, path: &str) -> Result<String, PartError> {
+        let path = self.path(path);
+        std::fs::read_to_string(&path)
+            .map_err(|e| PartError::file(path.display().to_string(), e.to_string()))
+    }
+}
