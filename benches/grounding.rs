@@ -12,9 +12,9 @@ use criterion::{BenchmarkId, Criterion};
 use groundloop::geometry::MaskRun;
 use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::Name;
-use groundloop::perception::facts_of;
 use groundloop::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use groundloop::perception::model::{Exemplar, Exemplars, ObjectBox};
+use groundloop::perception::{Observation, facts_of};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use nalgebra::Vector3;
 
@@ -117,7 +117,11 @@ fn time(
     let mut group = criterion.benchmark_group(title);
     for objects in scenes {
         group.bench_function(BenchmarkId::from_parameter(objects.len()), |bencher| {
-            bencher.iter(|| facts_of(&grounder.ground(black_box(objects)).judged));
+            bencher.iter(|| {
+                facts_of(
+                    &grounder.ground(&Observation::of_boxes(black_box(objects))).unwrap().judged,
+                )
+            });
         });
     }
     group.finish();

@@ -15,7 +15,7 @@ use groundloop::logic::Truth;
 use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::perception::model::Exemplar;
-use groundloop::perception::{Grip, GroundedImage, ImageView, ground_image};
+use groundloop::perception::{Grip, GroundedImage, ImageView, Observation, ground_image};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use image::RgbImage;
@@ -121,7 +121,7 @@ fn labelled_objects_give_their_labelled_facts() {
             let grounder = folder.grounder(&PartChoice::new("test", "s2s"), &examples).unwrap();
             for (_, example) in &examples {
                 let expected = observed(&folder, &example.init);
-                let judged = grounder.ground(&example.objects);
+                let judged = grounder.ground(&Observation::of_boxes(&example.objects)).unwrap();
                 let holds = judged.judged.into_iter().filter(|j| j.truth == Truth::True);
                 let seen = holds.map(|j| j.atom).collect();
                 assert_eq!(expected, seen, "{shown}: {}", example.name);

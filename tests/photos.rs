@@ -17,7 +17,7 @@ use groundloop::pddl::{
     Atom, Domain, Name, Problem, SourceText, Typed, parse_domain, parse_problem, parse_rules,
 };
 use groundloop::perception::detectors::{ColourDetector, Detector as _};
-use groundloop::perception::grounders::{Grounder as _, Judged, S2s};
+use groundloop::perception::grounders::{Judged, S2s};
 use groundloop::perception::model::{Exemplar, ExemplarText, Exemplars, ObjectBox, Perception};
 use groundloop::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image};
 
@@ -209,7 +209,7 @@ fn check_recorded(name: &str, numbers: &[u32]) {
         let s2s = S2s::new(&domain, &specs, &Exemplars::new(vec![exemplar]).unwrap()).unwrap();
         for t in numbers.iter().filter(|t| *t != e) {
             let pair = format!("ex{e}_test{t}");
-            let judged = s2s.ground(&recorded_boxes(&recorded, &pair, &domain)).judged;
+            let judged = s2s.judge(&recorded_boxes(&recorded, &pair, &domain)).judged;
             let holds = |j: &Judged| j.truth == Truth::True;
             let predicted = judged.into_iter().filter(holds).map(|j| j.atom).collect();
             let path = recorded.join(format!("init_stubs/initstate_{pair}.pddl"));

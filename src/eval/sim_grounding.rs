@@ -14,7 +14,7 @@ use crate::logic::Truth;
 use crate::parts::PartChoice;
 use crate::pddl::{Atom, Name};
 use crate::perception::detectors::Detector;
-use crate::perception::grounders::{Grounder as _, S2s};
+use crate::perception::grounders::S2s;
 use crate::perception::model::{Exemplar, Exemplars, ObjectBox, Perception};
 use crate::perception::{DepthView, FrameView, ImageView, lift_detections};
 use crate::run::{ConfigError, DomainFolder, RunConfig};
@@ -248,7 +248,7 @@ impl<'a> SetUp<'a> {
     fn facts(&self, objects: &[ObjectBox], used: Used) -> BTreeSet<Atom> {
         let objects: Vec<ObjectBox> = objects.iter().map(|object| used.of(object)).collect();
         let grounder = self.grounders.iter().find(|(of, _)| *of == used);
-        let judged = grounder.map(|(_, s2s)| s2s.ground(&objects).judged).unwrap_or_default();
+        let judged = grounder.map(|(_, s2s)| s2s.judge(&objects).judged).unwrap_or_default();
         judged.into_iter().filter(|j| j.truth == Truth::True).map(|j| j.atom).collect()
     }
 

@@ -24,5 +24,5 @@ pub use phrases::{
 };
 pub use pipeline::{FrameView, Observation, Pipeline, State, lift_detections};
 pub use proprioception::{Grip, proprioception};
-pub use still::{GroundedImage, NamedObjects, detect_objects, ground_image};
+pub use still::{GroundedImage, NamedObjects, StillError, detect_objects, ground_image};
 pub use views::{ImageError, ImageView};

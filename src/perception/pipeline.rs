@@ -12,7 +12,7 @@
 //! [`Pipeline::state`].
 
 use super::completion::{facts_of, merged};
-use super::grounders::{Grounder, Grounding};
+use super::grounders::{Grounder, GrounderError, Grounding};
 use super::model::{ObjectBox, Perception};
 use super::{
     DepthView, Detection, Detections, Grip, ImageView, MergeRule, Merged, complete, merge,
@@ -42,6 +42,13 @@ pub struct Observation<'a> {
     /// The objects, each name once. One that is out of sight for the moment stands where it was
     /// last seen.
     pub objects: &'a [ObjectBox],
+}
+
+impl<'a> Observation<'a> {
+    /// Objects of which nothing but their boxes is at hand.
+    pub fn of_boxes(objects: &'a [ObjectBox]) -> Self {
+        Self { frame: FrameView::default(), objects }
+    }
 }
 
 /// Gives detections their boxes in the world, where the frame has depth and the camera's pose.
@@ -102,8 +109,17 @@ impl Pipeline<'_> {
     }
 
     /// Judges every tuple of the observed predicates.
-    pub fn judge(&self, observation: &Observation<'_>) -> Grounding {
-        self.grounder.ground(observation.objects)
+    ///
+    /// # Errors
+    /// What the grounder says; [`GrounderError::Missing`] when it needs an image and there is none.
+    pub fn judge(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+        if self.grounder.needs_image() && observation.frame.image.is_none() {
+            return Err(GrounderError::Missing {
+                what: "the image that the grounder looks at".to_owned(),
+                how: "take a grounder that judges boxes, such as s2s, or give the image".to_owned(),
+            });
+        }
+        self.grounder.ground(observation)
     }
 
     /// Objects that are there without being seen: those that the perception file implies.
@@ -123,14 +139,21 @@ impl Pipeline<'_> {
     }
 
     /// The state of named objects: judged, with what the robot knows of itself, completed.
-    pub fn state(&self, observation: &Observation<'_>, gripper: &Grip) -> State {
-        let grounding = self.judge(observation);
+    ///
+    /// # Errors
+    /// As [`Self::judge`].
+    pub fn state(
+        &self,
+        observation: &Observation<'_>,
+        gripper: &Grip,
+    ) -> Result<State, GrounderError> {
+        let grounding = self.judge(observation)?;
         let seen = observation.objects.iter();
         let seen = seen.map(|o| Typed::new(o.name.clone(), o.type_name.clone()));
         let objects: Vec<Typed> = seen.chain(self.implied()).collect();
         let all: Vec<Typed> = objects.iter().chain(&self.domain.constants).cloned().collect();
         let base = merged(facts_of(&grounding.judged), self.own_facts(&all, gripper));
         let facts = self.completed(&all, &base);
-        State { objects, grounding, facts }
+        Ok(State { objects, grounding, facts })
     }
 }

@@ -1,6 +1,9 @@
 //! One image to one symbolic state, without a loop: detect, place, name, judge, complete.
 
+use thiserror::Error;
+
 use super::detectors::{Detector, DetectorError};
+use super::grounders::GrounderError;
 use super::model::ObjectBox;
 use super::pipeline::{FrameView, Observation, Pipeline, State};
 use super::{Detections, Grip, ImageView, name_detections, name_of_phrase};
@@ -52,19 +55,30 @@ pub fn detect_objects(
     Ok(NamedObjects { detections, boxes, unplaced })
 }
 
+/// An image cannot be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StillError {
+    /// Its objects cannot be found.
+    #[error(transparent)]
+    Detector(#[from] DetectorError),
+    /// Their relations cannot be judged.
+    #[error(transparent)]
+    Grounder(#[from] GrounderError),
+}
+
 /// Reads the state off one image.
 ///
 /// # Errors
-/// What the detector says.
+/// What detector or grounder says.
 pub fn ground_image(
     pipeline: &Pipeline<'_>,
     detector: &mut dyn Detector,
     image: &ImageView<'_>,
     phrases: &[String],
     gripper: &Grip,
-) -> Result<GroundedImage, DetectorError> {
+) -> Result<GroundedImage, StillError> {
     let named = detect_objects(pipeline, detector, image, phrases)?;
     let frame = FrameView { image: Some(*image), ..FrameView::default() };
-    let state = pipeline.state(&Observation { frame, objects: &named.boxes }, gripper);
+    let state = pipeline.state(&Observation { frame, objects: &named.boxes }, gripper)?;
     Ok(GroundedImage { named, state })
 }

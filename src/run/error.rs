@@ -7,9 +7,10 @@ use crate::goals::GoalError;
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
 use crate::pddl::PddlError;
-use crate::perception::ImageError;
 use crate::perception::detectors::DetectorError;
+use crate::perception::grounders::GrounderError;
 use crate::perception::model::{ExemplarError, PerceptionError};
+use crate::perception::{ImageError, StillError};
 use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
@@ -74,6 +75,9 @@ pub enum ConfigError {
     /// A detector cannot work on an image.
     #[error(transparent)]
     Detector(#[from] DetectorError),
+    /// A grounder cannot judge.
+    #[error(transparent)]
+    Grounder(#[from] GrounderError),
     /// An image is not usable.
     #[error("{path}: {source}")]
     Image {
@@ -99,8 +103,18 @@ impl ConfigError {
             | Self::Skills(_)
             | Self::Exemplar(_)
             | Self::Detector(_)
+            | Self::Grounder(_)
             | Self::Part(_)
             | Self::Image { .. } => self.to_string(),
+        }
+    }
+}
+
+impl From<StillError> for ConfigError {
+    fn from(error: StillError) -> Self {
+        match error {
+            StillError::Detector(error) => error.into(),
+            StillError::Grounder(error) => error.into(),
         }
     }
 }
@@ -140,6 +154,7 @@ impl RunError {
             Self::Fatal(Fatal::Missing { .. }) => 5,
             Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Part(error)) if error.is_missing() => 5,
+            Self::Config(ConfigError::Grounder(error)) if error.is_missing() => 5,
             Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
             Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,

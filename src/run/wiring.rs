@@ -131,19 +131,21 @@ impl PreparedRun {
     }
 
     fn scene_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+        let grounder = self.grounder()?;
+        let is_slow = grounder.is_slow();
         let config = ParserConfig {
             domain: self.folder.domain.clone(),
             perception: self.folder.perception.clone(),
             rules: self.folder.rules.clone(),
             skills: self.skills.clone(),
-            grounder: self.grounder()?,
+            grounder,
             belief: self.config.perception.belief.clone(),
             hull: self.config.robot.hull.clone(),
         };
         // The first one is made before anything starts, so that no frame waits for its tables.
         let first = self.detector()?;
         let perception = &self.config.perception;
-        let beside = perception.beside.unwrap_or(first.is_slow());
+        let beside = perception.beside.unwrap_or(is_slow || first.is_slow());
         let first = Mutex::new(Some(first));
         let this = self.clone();
         let detector = move || {

@@ -1,22 +1,19 @@
-//! The detector beside the loop: no frame waits for it.
+//! Detector and grounder beside the loop: no frame waits for them.
 //!
-//! The detector gets the newest frame whenever it is free. Its answer is parsed with what belongs
-//! to that frame (depth, robot state, commands and statuses heard until then), so the scene says
-//! when the picture was taken that it rests on. For the frames in between the loop carries that
+//! They get the newest frame whenever they are free, with what belongs to it (depth, robot state,
+//! commands and statuses heard until then), so the scene says when the picture was taken that it
+//! rests on. For the frames in between the loop carries that
 //! scene forward as it is, with its stamps: nothing new is believed, nothing is confirmed by the
 //! same picture twice, and the executor starts no step on a scene that is too old.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
 
-use super::thread::{Answer, DetectorThread, Look};
-use super::{
-    Args, Looked, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth,
-};
+use super::thread::{Answer, Job, PerceptionThread};
+use super::{Args, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth};
 use crate::actors::{ActorError, Fatal};
-use crate::perception::{DepthView, FrameView, ImageView};
-use crate::scene::Scene;
 use crate::transport::Received;
 use crate::transport::convert::frame_from_wire;
 use crate::transport::wire::FrameHeader;
@@ -28,7 +25,7 @@ const RETRY_MS_MAX: u64 = 5_000;
 
 /// What one incarnation works with.
 struct Tools {
-    thread: DetectorThread,
+    thread: PerceptionThread,
     depths: Option<Received<FrameHeader, u8>>,
     /// Why the last frame came to nothing.
     bad_frame: Option<Rejection>,
@@ -47,7 +44,10 @@ struct Tools {
 pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
     let now = Instant::now();
     let mut tools = Tools {
-        thread: DetectorThread::start(MakeDetector::clone(&args.detector))?,
+        thread: PerceptionThread::start(
+            MakeDetector::clone(&args.detector),
+            Arc::clone(&args.config),
+        )?,
         depths: None,
         bad_frame: None,
         bad_answer: None,
@@ -104,9 +104,9 @@ fn take_frame(
     let now = Instant::now();
     tools.frame_deadline = now + args.wait;
     if !tools.thread.is_busy() && now >= tools.next_try {
-        match look(args, memory, tools, frame) {
-            Ok(look) => {
-                tools.thread.offer(look)?;
+        match job(args, memory, tools, frame) {
+            Ok(job) => {
+                tools.thread.offer(job)?;
                 tools.answer_deadline.get_or_insert(now + args.wait);
             }
             Err(rejection) => memory.reject(&rejection),
@@ -121,40 +121,39 @@ fn take_frame(
     Ok(())
 }
 
-/// A frame with all that belongs to it, for the detector.
-fn look(
+/// A frame with all that belongs to it, for the thread.
+fn job(
     args: &Args,
     memory: &Memory,
     tools: &Tools,
     frame: &Received<FrameHeader, u8>,
-) -> Result<Look, Rejection> {
+) -> Result<Job, Rejection> {
     let header = frame.header();
     let view = frame_from_wire(header, frame.records()).map_err(|e| Rejection::unusable(&e))?;
     let mut depth_m = Vec::new();
     let has_depth = read_depth(tools.depths.as_ref(), header, &mut depth_m);
-    Ok(Look {
-        frame: header.into(),
+    Ok(Job {
+        heard: memory.heard(header.into()),
+        parser: memory.parser.clone(),
         size: [view.width as usize, view.height as usize],
         rgb: view.rgb.to_vec(),
         depth_m: has_depth.then_some(depth_m),
         model: view.model,
-        robot: memory.robot,
-        n_frames: memory.n_frames,
         phrases: memory.phrases(&args.config),
     })
 }
 
-/// The detector has answered: the scene of its frame, or a pause before it is asked again.
+/// The thread has answered: the scene of its frame, or a pause before it is asked again.
 fn take_answer(
     args: &Args,
     memory: &mut Memory,
     tools: &mut Tools,
     ports: &Ports,
-    Answer { look, detections, detect_ns }: Answer,
+    Answer { n_frames, parsed }: Answer,
 ) -> Result<(), ActorError> {
     let now = Instant::now();
-    let detections = match detections {
-        Ok(detections) => detections,
+    let (parser, mut scene) = match parsed {
+        Ok(parsed) => parsed,
         Err(rejection) => {
             let pause_ms = RETRY_MS_MIN << tools.n_failures.min(16);
             tools.next_try = now + Duration::from_millis(pause_ms.min(RETRY_MS_MAX));
@@ -166,21 +165,8 @@ fn take_answer(
     };
     tools.n_failures = 0;
     tools.answer_deadline = None;
-    let [width, height] = look.size;
-    let depth_m = look.depth_m.as_deref();
-    let looked = Looked {
-        frame: look.frame,
-        view: FrameView {
-            image: ImageView::new(width, height, &look.rgb).ok(),
-            depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
-            camera: look.model.as_ref(),
-        },
-        robot: look.robot.as_ref(),
-        n_frames: look.n_frames,
-        detect_ns,
-    };
-    let scene: Scene =
-        tokio::task::block_in_place(|| memory.parse(&args.config, &looked, detections));
+    memory.parser = parser;
+    memory.parsed(&mut scene, n_frames);
     ports.publish(args, &scene)?;
     memory.carried = Some(scene);
     Ok(())

@@ -2,7 +2,7 @@
 
 use tokio::time::{Instant, timeout_at};
 
-use super::{Args, Looked, Memory, Ports, Rejection, check, nothing_usable, read_depth};
+use super::{Args, Memory, Ports, Rejection, Seen, check, nothing_usable, read_depth, scene_of};
 use crate::actors::ActorError;
 use crate::clock::monotonic_ns;
 use crate::perception::detectors::Detector;
@@ -81,13 +81,13 @@ fn parse(
     let has_depth = read_depth(depth, header, &mut tools.depth_m);
     let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
     let detections = tools.detector.detect(&image, &memory.phrases(&args.config))?;
-    let robot = memory.robot;
-    let looked = Looked {
-        frame: header.into(),
+    let seen = Seen {
         view: FrameView { image: Some(image), depth, camera: view.model.as_ref() },
-        robot: robot.as_ref(),
-        n_frames: memory.n_frames,
+        detections,
         detect_ns: monotonic_ns() - started_ns,
     };
-    Ok(memory.parse(&args.config, &looked, detections))
+    let heard = memory.heard(header.into());
+    let mut scene = scene_of(&mut memory.parser, &args.config, &heard, seen)?;
+    memory.parsed(&mut scene, heard.n_frames);
+    Ok(scene)
 }

@@ -1,7 +1,7 @@
 //! Scene parser actor: newest frame and robot state in, scene graph out.
 //!
-//! The detector is called in the loop (`inline`), or works on a thread of its own while the loop
-//! goes on with what it said last (`beside`).
+//! Detector and grounder are called in the loop (`inline`), or work on a thread of their own while
+//! the loop goes on with what they said last (`beside`).
 
 mod beside;
 mod inline;
@@ -16,6 +16,7 @@ use crate::clock::monotonic_ns;
 use crate::messages::{Command, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
+use crate::perception::grounders::GrounderError;
 use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
 use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
@@ -48,7 +49,7 @@ pub struct Args {
     pub detector: MakeDetector,
     /// Its name in the configuration.
     pub detector_name: String,
-    /// Whether it works beside the loop, on a thread of its own.
+    /// Whether detector and grounder work beside the loop, on a thread of their own.
     pub beside: bool,
     /// Size that frames must have: the labelled examples' width and height.
     pub image_size: [u32; 2],
@@ -112,6 +113,12 @@ impl Rejection {
 
 impl From<DetectorError> for Rejection {
     fn from(error: DetectorError) -> Self {
+        Self { reason: error.to_string(), is_missing: error.is_missing() }
+    }
+}
+
+impl From<GrounderError> for Rejection {
+    fn from(error: GrounderError) -> Self {
         Self { reason: error.to_string(), is_missing: error.is_missing() }
     }
 }
@@ -191,15 +198,23 @@ fn read_depth(
     }
 }
 
-/// A frame that was looked at.
-struct Looked<'a> {
+/// What belongs to a frame besides what the camera shows.
+#[derive(Debug, Clone)]
+struct Heard {
     frame: FrameStamp,
-    view: FrameView<'a>,
     /// What the robot said last before the frame.
-    robot: Option<&'a RobotState>,
+    robot: Option<RobotState>,
+    /// What was said since the last frame that was parsed.
+    commands: Vec<Command>,
+    statuses: Vec<Status>,
     /// How many frames had come with it: what was said until then belongs to it.
     n_frames: u64,
-    /// Time that the detector took, nanoseconds.
+}
+
+/// What a detector sees in a frame, and how long it took.
+struct Seen<'a> {
+    view: FrameView<'a>,
+    detections: Detections,
     detect_ns: u64,
 }
 
@@ -225,45 +240,19 @@ impl Memory {
         self.parser.unseen(config, &self.named).iter().map(phrase_of_name).collect()
     }
 
-    /// The scene of a frame that was looked at.
-    fn parse(
-        &mut self,
-        config: &ParserConfig,
-        looked: &Looked<'_>,
-        detections: Detections,
-    ) -> Scene {
-        let started_ns = monotonic_ns();
-        let (commands, statuses) = self.heard_until(looked.n_frames);
-        let FrameStamp { sequence, capture_ns, send_ns } = looked.frame;
-        let cycle = self.cycle;
-        let context = FrameContext {
-            cause: FrameRef { cycle, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
-            view: looked.view,
-            robot: looked.robot,
-            commands: &commands,
-            statuses: &statuses,
-        };
-        let mut scene = self.parser.parse(config, &context, detections);
-        self.cycle += 1;
-        let microseconds = |ns: u64| u32::try_from(ns / 1000).unwrap_or(u32::MAX);
-        scene.detect_us = microseconds(looked.detect_ns);
-        scene.ground_us = microseconds(monotonic_ns() - started_ns);
-        scene
+    /// What belongs to the frame that has just come.
+    fn heard(&self, frame: FrameStamp) -> Heard {
+        let commands = self.commands.iter().map(|(_, command)| command.clone()).collect();
+        let statuses = self.statuses.iter().map(|(_, status)| status.clone()).collect();
+        Heard { frame, robot: self.robot, commands, statuses, n_frames: self.n_frames }
     }
 
-    /// Commands and statuses that had been heard when so many frames had come; they are handed out
-    /// once.
-    fn heard_until(&mut self, n_frames: u64) -> (Vec<Command>, Vec<Status>) {
-        let (commands, later) =
-            std::mem::take(&mut self.commands).into_iter().partition(|(n, _)| *n <= n_frames);
-        self.commands = later;
-        let (statuses, later) =
-            std::mem::take(&mut self.statuses).into_iter().partition(|(n, _)| *n <= n_frames);
-        self.statuses = later;
-        let commands: Vec<(u64, Command)> = commands;
-        let statuses: Vec<(u64, Status)> = statuses;
-        let commands = commands.into_iter().map(|(_, command)| command).collect();
-        (commands, statuses.into_iter().map(|(_, status)| status).collect())
+    /// A frame has become a scene: gives it its number, and forgets what belonged to it.
+    fn parsed(&mut self, scene: &mut Scene, n_frames: u64) {
+        scene.cause.cycle = self.cycle;
+        self.cycle += 1;
+        self.commands.retain(|(n, _)| *n > n_frames);
+        self.statuses.retain(|(n, _)| *n > n_frames);
     }
 
     /// Takes in what robot, executor and goal parser have said since the last frame. In lockstep
@@ -294,6 +283,29 @@ impl Memory {
         self.rejected += 1;
         tracing::warn!(reason = rejection.reason, "frame rejected");
     }
+}
+
+/// The scene of one frame, without its number.
+fn scene_of(
+    parser: &mut SceneParser,
+    config: &ParserConfig,
+    heard: &Heard,
+    seen: Seen<'_>,
+) -> Result<Scene, Rejection> {
+    let started_ns = monotonic_ns();
+    let FrameStamp { sequence, capture_ns, send_ns } = heard.frame;
+    let context = FrameContext {
+        cause: FrameRef { cycle: 0, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
+        view: seen.view,
+        robot: heard.robot.as_ref(),
+        commands: &heard.commands,
+        statuses: &heard.statuses,
+    };
+    let mut scene = parser.parse(config, &context, seen.detections)?;
+    let microseconds = |ns: u64| u32::try_from(ns / 1000).unwrap_or(u32::MAX);
+    scene.detect_us = microseconds(seen.detect_ns);
+    scene.ground_us = microseconds(monotonic_ns() - started_ns);
+    Ok(scene)
 }
 
 impl Ports {

@@ -1,75 +1,75 @@
-//! A detector on a thread of its own: frames in, answers out, one at a time.
+//! Detector and grounder on a thread of their own: frames in, scenes out, one at a time.
 //!
-//! Whatever happens to the detector is an answer: an error, or a panic, after which a new detector
-//! is made for the next frame. The thread ends when nobody can give it frames any more.
+//! Whatever happens there is an answer: an error, or a panic, after which a new detector is made for
+//! the next frame. The thread ends when nobody can give it frames any more.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 
 use tokio::sync::mpsc;
 
-use super::{FrameStamp, MakeDetector, Rejection};
+use super::{Heard, MakeDetector, Rejection, Seen, scene_of};
 use crate::actors::ActorError;
 use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
-use crate::messages::RobotState;
 use crate::perception::detectors::Detector;
-use crate::perception::{Detections, ImageView};
+use crate::perception::tracking::{ParserConfig, SceneParser};
+use crate::perception::{DepthView, FrameView, ImageView};
+use crate::scene::Scene;
 
 /// A frame with all that belongs to it, owned: it is looked at while newer ones come.
 #[derive(Debug, Clone)]
-pub(super) struct Look {
-    pub(super) frame: FrameStamp,
+pub(super) struct Job {
+    pub(super) heard: Heard,
+    /// The memory after the last frame that was parsed.
+    pub(super) parser: SceneParser,
     /// Width and height, pixels.
     pub(super) size: [usize; 2],
     pub(super) rgb: Vec<u8>,
     pub(super) depth_m: Option<Vec<f32>>,
     pub(super) model: Option<CameraModel>,
-    /// What the robot said last before the frame.
-    pub(super) robot: Option<RobotState>,
-    /// How many frames had come with it.
-    pub(super) n_frames: u64,
     /// What the goal names and nobody has seen.
     pub(super) phrases: Vec<String>,
 }
 
-/// What the detector said of a frame.
+/// What came of a frame.
 #[derive(Debug)]
 pub(super) struct Answer {
-    pub(super) look: Look,
-    pub(super) detections: Result<Detections, Rejection>,
-    pub(super) detect_ns: u64,
+    /// How many frames had come with it.
+    pub(super) n_frames: u64,
+    /// The memory after it and its scene.
+    pub(super) parsed: Result<(SceneParser, Scene), Rejection>,
 }
 
 /// The loop's end of the thread.
 #[derive(Debug)]
-pub(super) struct DetectorThread {
-    looks: SyncSender<Look>,
+pub(super) struct PerceptionThread {
+    jobs: SyncSender<Job>,
     answers: mpsc::Receiver<Answer>,
     is_busy: bool,
 }
 
-impl DetectorThread {
+impl PerceptionThread {
     /// Starts the thread; its first detector is made there.
-    pub(super) fn start(make: MakeDetector) -> Result<Self, ActorError> {
-        let (looks, waiting) = sync_channel::<Look>(1);
+    pub(super) fn start(make: MakeDetector, config: Arc<ParserConfig>) -> Result<Self, ActorError> {
+        let (jobs, waiting) = sync_channel::<Job>(1);
         let (answered, answers) = mpsc::channel(1);
         let work = move || {
             let mut detector = None;
-            while let Ok(look) = waiting.recv() {
-                let started_ns = monotonic_ns();
-                let detections = sight(&mut detector, &make, &look);
-                let detect_ns = monotonic_ns() - started_ns;
-                if answered.blocking_send(Answer { look, detections, detect_ns }).is_err() {
+            while let Ok(job) = waiting.recv() {
+                let n_frames = job.heard.n_frames;
+                let parsed = carry_out(&mut detector, &make, &config, job);
+                if answered.blocking_send(Answer { n_frames, parsed }).is_err() {
                     return;
                 }
             }
         };
         std::thread::Builder::new()
-            .name("detector".to_owned())
+            .name("perception".to_owned())
             .spawn(work)
-            .map_err(|e| ActorError::Part { reason: format!("no thread for the detector: {e}") })?;
-        Ok(Self { looks, answers, is_busy: false })
+            .map_err(|e| ActorError::Part { reason: format!("no thread for perception: {e}") })?;
+        Ok(Self { jobs, answers, is_busy: false })
     }
 
     /// Whether it is working on a frame.
@@ -78,8 +78,8 @@ impl DetectorThread {
     }
 
     /// Gives it a frame; only while it is not busy.
-    pub(super) fn offer(&mut self, look: Look) -> Result<(), ActorError> {
-        match self.looks.try_send(look) {
+    pub(super) fn offer(&mut self, job: Job) -> Result<(), ActorError> {
+        match self.jobs.try_send(job) {
             Ok(()) => {
                 self.is_busy = true;
                 Ok(())
@@ -101,48 +101,66 @@ impl DetectorThread {
 }
 
 fn ended() -> ActorError {
-    ActorError::Part { reason: "the detector's thread has ended".to_owned() }
+    ActorError::Part { reason: "the thread of detector and grounder has ended".to_owned() }
 }
 
-/// Looks at one frame. A detector that panics is not used again.
-fn sight(
+/// Turns one frame into a scene. A detector that was at work in a panic is not used again.
+fn carry_out(
     kept: &mut Option<Box<dyn Detector>>,
     make: &MakeDetector,
-    look: &Look,
-) -> Result<Detections, Rejection> {
-    let [width, height] = look.size;
-    let image = ImageView::new(width, height, &look.rgb).map_err(|e| Rejection::unusable(&e))?;
+    config: &ParserConfig,
+    job: Job,
+) -> Result<(SceneParser, Scene), Rejection> {
+    let [width, height] = job.size;
+    let image = ImageView::new(width, height, &job.rgb).map_err(|e| Rejection::unusable(&e))?;
+    let depth_m = job.depth_m.as_deref();
+    let view = FrameView {
+        image: Some(image),
+        depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
+        camera: job.model.as_ref(),
+    };
     let mut detector = match kept.take() {
         Some(detector) => detector,
         None => make().map_err(|reason| Rejection::unusable(&reason))?,
     };
-    let looked = catch_unwind(AssertUnwindSafe(|| detector.detect(&image, &look.phrases)));
-    match looked {
-        Ok(detections) => {
+    let mut parser = job.parser;
+    let worked = catch_unwind(AssertUnwindSafe(|| {
+        let started_ns = monotonic_ns();
+        let detections = detector.detect(&image, &job.phrases)?;
+        let seen = Seen { view, detections, detect_ns: monotonic_ns() - started_ns };
+        scene_of(&mut parser, config, &job.heard, seen)
+    }));
+    match worked {
+        Ok(scene) => {
             *kept = Some(detector);
-            Ok(detections?)
+            Ok((parser, scene?))
         }
         Err(payload) => {
             let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
             let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
             let reason = text.unwrap_or_else(|| "no message".to_owned());
-            Err(Rejection::unusable(&format!("the detector panicked: {reason}")))
+            Err(Rejection::unusable(&format!("detector or grounder panicked: {reason}")))
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+    use std::sync::Mutex;
     use std::sync::atomic::{AtomicU32, Ordering};
     use std::sync::mpsc::{Receiver, Sender, channel};
-    use std::sync::{Arc, Mutex};
 
+    use super::super::FrameStamp;
     use super::*;
     use crate::geometry::PixelBox;
     use crate::parts::PartError;
-    use crate::perception::PhraseBox;
     use crate::perception::detectors::DetectorError;
+    use crate::perception::grounders::{Grounder, GrounderError, Grounding};
     use crate::perception::model::ObjectBox;
+    use crate::perception::tracking::BeliefConfig;
+    use crate::perception::{Detection, Detections, Observation};
+    use crate::run::DomainFolder;
 
     /// What the gate lets a detector do with one frame.
     enum Go {
@@ -151,7 +169,7 @@ mod tests {
         Panic,
     }
 
-    /// A detector that waits at a gate; it answers with the phrases that it was asked for.
+    /// A detector that waits at a gate; it sees a block of the colour that it was asked for.
     struct Gated(Arc<Mutex<Receiver<Go>>>);
 
     impl Detector for Gated {
@@ -168,9 +186,10 @@ mod tests {
             match go {
                 Go::Answer => {
                     let pixel_box = PixelBox::from([0.0, 0.0, 1.0, 1.0]);
-                    let place = |p: &String| PhraseBox { phrase: p.clone(), pixel_box, score: 1.0 };
-                    let phrases = phrases.iter().map(place).collect();
-                    Ok(Detections { objects: Vec::new(), phrases })
+                    let block =
+                        |p: &String| Detection::new("block".into(), p.as_str().into(), pixel_box);
+                    let objects = phrases.iter().map(block).collect();
+                    Ok(Detections { objects, phrases: Vec::new() })
                 }
                 Go::Fail => {
                     let (what, how) = ("the eye".to_owned(), "buy one".to_owned());
@@ -181,8 +200,36 @@ mod tests {
         }
     }
 
+    /// A grounder that works as long as nothing blue is seen.
+    struct Blind;
+
+    impl Grounder for Blind {
+        fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+            assert!(observation.frame.image.is_some());
+            if observation.objects.iter().any(|o| o.name == "blue_block") {
+                let (what, how) = ("the blue filter".to_owned(), "fetch it".to_owned());
+                return Err(GrounderError::Missing { what, how });
+            }
+            Ok(Grounding::default())
+        }
+    }
+
+    fn config() -> Arc<ParserConfig> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("domains/blocksworld");
+        let folder = DomainFolder::read(&path).unwrap();
+        Arc::new(ParserConfig {
+            domain: folder.domain,
+            perception: folder.perception,
+            rules: folder.rules,
+            skills: folder.skills.unwrap(),
+            grounder: Box::new(Blind),
+            belief: BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 },
+            hull: None,
+        })
+    }
+
     /// A thread, its gate, and how many detectors were made.
-    fn gated() -> (DetectorThread, Sender<Go>, Arc<AtomicU32>) {
+    fn gated() -> (PerceptionThread, Sender<Go>, Arc<AtomicU32>) {
         let (gate, waiting) = channel();
         let (waiting, n_made) = (Arc::new(Mutex::new(waiting)), Arc::new(AtomicU32::new(0)));
         let counted = Arc::clone(&n_made);
@@ -190,34 +237,46 @@ mod tests {
             counted.fetch_add(1, Ordering::SeqCst);
             Ok(Box::new(Gated(Arc::clone(&waiting))))
         });
-        (DetectorThread::start(make).unwrap(), gate, n_made)
+        (PerceptionThread::start(make, config()).unwrap(), gate, n_made)
     }
 
-    fn look(sequence: u64) -> Look {
-        Look {
-            frame: FrameStamp { sequence, capture_ns: 100 * sequence, send_ns: 0 },
+    fn job(sequence: u64, colour: &str, parser: SceneParser) -> Job {
+        Job {
+            heard: Heard {
+                frame: FrameStamp { sequence, capture_ns: 100 * sequence, send_ns: 0 },
+                robot: None,
+                commands: Vec::new(),
+                statuses: Vec::new(),
+                n_frames: sequence,
+            },
+            parser,
             size: [1, 1],
             rgb: vec![0; 3],
             depth_m: None,
             model: None,
-            robot: None,
-            n_frames: sequence,
-            phrases: vec![format!("thing {sequence}")],
+            phrases: vec![colour.to_owned()],
         }
     }
 
     #[tokio::test]
     async fn an_answer_belongs_to_the_frame_that_it_was_given() {
         let (mut thread, gate, n_made) = gated();
-        for sequence in [3, 7] {
+        let mut parser = SceneParser::default();
+        for (sequence, colour) in [(3, "red"), (7, "green")] {
             assert!(!thread.is_busy());
-            thread.offer(look(sequence)).unwrap();
+            thread.offer(job(sequence, colour, parser)).unwrap();
             assert!(thread.is_busy());
             gate.send(Go::Answer).unwrap();
             let answer = thread.answer().await.unwrap();
-            assert_eq!(answer.look.frame.sequence, sequence);
-            let detections = answer.detections.unwrap();
-            assert_eq!(detections.phrases[0].phrase, format!("thing {sequence}"));
+            assert_eq!(answer.n_frames, sequence);
+            let (after, scene) = answer.parsed.unwrap();
+            parser = after;
+            assert_eq!(
+                (scene.cause.frame_sequence, scene.cause.capture_ns),
+                (sequence, 100 * sequence)
+            );
+            assert!(scene.object(&format!("{colour}_block")).is_some());
+            assert!(scene.object("red_block").is_some(), "the memory goes with the frames");
         }
         assert_eq!(n_made.load(Ordering::SeqCst), 1);
     }
@@ -226,15 +285,18 @@ mod tests {
     async fn errors_and_panics_are_answers_and_the_next_frame_is_looked_at() {
         let (mut thread, gate, n_made) = gated();
         let mut rejections = Vec::new();
-        for go in [Go::Fail, Go::Panic, Go::Answer] {
-            thread.offer(look(1)).unwrap();
+        let frames =
+            [(Go::Fail, "red"), (Go::Answer, "blue"), (Go::Panic, "red"), (Go::Answer, "red")];
+        for (go, colour) in frames {
+            thread.offer(job(1, colour, SceneParser::default())).unwrap();
             gate.send(go).unwrap();
-            rejections.push(thread.answer().await.unwrap().detections.err());
+            rejections.push(thread.answer().await.unwrap().parsed.err());
         }
-        let [Some(failed), Some(panicked), None] = rejections.as_slice() else {
+        let [Some(failed), Some(unjudged), Some(panicked), None] = rejections.as_slice() else {
             panic!("{rejections:?}")
         };
         assert!(failed.is_missing && failed.reason.contains("the eye is missing: buy one"));
+        assert!(unjudged.is_missing && unjudged.reason.contains("the blue filter is missing"));
         assert!(!panicked.is_missing && panicked.reason.contains("panicked: as told"));
         assert_eq!(n_made.load(Ordering::SeqCst), 2, "a new one after the panic");
     }
@@ -242,9 +304,9 @@ mod tests {
     #[tokio::test]
     async fn a_detector_that_cannot_be_made_is_told() {
         let make: MakeDetector = Arc::new(|| Err("no such model".to_owned()));
-        let mut thread = DetectorThread::start(make).unwrap();
-        thread.offer(look(1)).unwrap();
-        let rejection = thread.answer().await.unwrap().detections.unwrap_err();
+        let mut thread = PerceptionThread::start(make, config()).unwrap();
+        thread.offer(job(1, "red", SceneParser::default())).unwrap();
+        let rejection = thread.answer().await.unwrap().parsed.unwrap_err();
         assert_eq!(rejection.reason, "no such model");
     }
 }

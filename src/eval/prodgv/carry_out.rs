@@ -10,9 +10,9 @@ use super::stage;
 use super::{Labelled, Vocabulary};
 use crate::logic::Truth;
 use crate::pddl::{Atom, Domain, Name, Problem, SourceText, Step, parse_problem, print_problem};
-use crate::perception::grounders::Grounding;
+use crate::perception::Grip;
+use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
-use crate::perception::{FrameView, Grip, Observation};
 use crate::planners::Planner;
 use crate::planning::{Outcome, PlanRequest, Validation, validate};
 
@@ -25,14 +25,20 @@ pub(super) fn match_all(vocabulary: &Vocabulary, boxes: &[ObjectBox], test: &Lab
 }
 
 /// Carries one pair out.
-pub fn carry_out(parts: &EpisodeParts<'_>, input: &EpisodeInput<'_>) -> Episode {
+///
+/// # Errors
+/// What the grounder says.
+pub fn carry_out(
+    parts: &EpisodeParts<'_>,
+    input: &EpisodeInput<'_>,
+) -> Result<Episode, GrounderError> {
     let EpisodeParts { vocabulary, grounder, planner, .. } = *parts;
-    let EpisodeInput { pair, evaluated, test, boxes, .. } = *input;
+    let EpisodeInput { pair, evaluated, test, observation, .. } = *input;
+    let boxes = observation.objects;
     let folder = &vocabulary.folder;
     let matching = match_all(vocabulary, boxes, test);
-    let observation = Observation { frame: FrameView::default(), objects: boxes };
     // In none of the photographs is anything held that the robot itself would know of.
-    let state = vocabulary.pipeline(grounder).state(&observation, &Grip::Empty);
+    let state = vocabulary.pipeline(grounder).state(&observation, &Grip::Empty)?;
     let score = score(&state.grounding.judged, &matching, &test.init, &vocabulary.observed);
     let read = goal::read(input.goal, vocabulary, (boxes, &state.objects), &matching);
     let (goal, dropped) = match read {
@@ -60,7 +66,7 @@ pub fn carry_out(parts: &EpisodeParts<'_>, input: &EpisodeInput<'_>) -> Episode 
     };
     plan(&mut episode, &folder.domain, planner, test);
     episode.failure = stage::failure(&episode, test, &folder.domain, planner);
-    episode
+    Ok(episode)
 }
 
 /// Assembles the problem, plans, and tries the plan on it and on the truth.

@@ -10,9 +10,9 @@ use super::recorded::Pair;
 use super::score::Score;
 use super::{Labelled, Vocabulary};
 use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
-use crate::perception::State;
 use crate::perception::grounders::Grounder;
 use crate::perception::model::ObjectBox;
+use crate::perception::{Observation, State};
 use crate::planners::{PlanQuery, Planner};
 use crate::planning::Outcome;
 
@@ -79,8 +79,8 @@ pub struct EpisodeInput<'a> {
     pub evaluated: bool,
     /// The test.
     pub test: &'a Labelled,
-    /// What was detected in its photograph.
-    pub boxes: &'a [ObjectBox],
+    /// What was detected in its photograph, which is there where somebody looks at it.
+    pub observation: Observation<'a>,
     /// Where the goal comes from.
     pub goal: GoalFrom<'a>,
     /// The recorded facts with the boxes that they speak of, where they are there.

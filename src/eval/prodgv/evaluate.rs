@@ -87,9 +87,14 @@ pub fn evaluate(
         Evaluation { episodes: Vec::new(), left_out: Vec::new(), jittered: Vec::new() };
     let seeds = setup.jitter.map_or(0, |jitter| jitter.seeds);
     evaluation.jittered.resize(usize::try_from(seeds).unwrap_or(usize::MAX), Counts::default());
-    let pictures = pictures(data, setup)?;
+    let mut pictures = BTreeMap::new();
     for exemplar in &data.problems {
         let grounder = grounder(setup.grounder, vocabulary, exemplar)?;
+        let are_looked_at =
+            matches!(setup.detections, BoxSource::Detector(_)) || grounder.needs_image();
+        if are_looked_at && pictures.is_empty() {
+            pictures = read_pictures(data)?;
+        }
         let mut detector = match setup.detections {
             BoxSource::Detector(choice) => {
                 Some(detector(choice, vocabulary, (exemplar, &pictures))?)
@@ -97,8 +102,9 @@ pub fn evaluate(
             BoxSource::Recorded | BoxSource::Annotated => None,
         };
         for test in data.problems.iter().filter(|test| test.number != exemplar.number) {
-            let step = Step { data, vocabulary, setup, grounder: &*grounder, exemplar, test };
-            let looking = detector.as_deref_mut().zip(pictures.get(&test.number));
+            let (grounder, picture) = (&*grounder, pictures.get(&test.number));
+            let step = Step { data, vocabulary, setup, grounder, exemplar, test, picture };
+            let looking = detector.as_deref_mut().zip(picture);
             step.add(looking, &mut evaluation)?;
             done(step.pair());
         }
@@ -114,6 +120,8 @@ struct Step<'a> {
     grounder: &'a dyn Grounder,
     exemplar: &'a Labelled,
     test: &'a Labelled,
+    /// The test's photograph, where detector or grounder look at it.
+    picture: Option<&'a RgbImage>,
 }
 
 /// A detector and the photograph that it looks at.
@@ -122,6 +130,13 @@ type Looking<'d, 'p> = Option<(&'d mut (dyn Detector + 'static), &'p RgbImage)>;
 impl Step<'_> {
     fn pair(&self) -> Pair {
         (self.exemplar.number, self.test.number)
+    }
+
+    /// Boxes in the test's photograph.
+    fn observation<'b>(&'b self, boxes: &'b [ObjectBox]) -> Result<Observation<'b>, EvalError> {
+        let view = |picture| view_of(picture, "photograph");
+        let image = self.picture.map(view).transpose()?;
+        Ok(Observation { frame: FrameView { image, ..FrameView::default() }, objects: boxes })
     }
 
     fn pipeline(&self) -> Pipeline<'_> {
@@ -179,9 +194,9 @@ impl Step<'_> {
         };
         let recorded_facts = self.data.recorded_facts(pair)?;
         let recorded = recorded_facts.as_ref().zip(recorded_boxes.as_deref());
-        let episode = self.carry_out(&boxes, goal, recorded);
+        let episode = self.carry_out(&boxes, goal, recorded)?;
         if let Some(jitter) = self.setup.jitter.filter(|_| episode.evaluated) {
-            self.add_jittered(&boxes, jitter, &mut evaluation.jittered);
+            self.add_jittered(&boxes, jitter, &mut evaluation.jittered)?;
         }
         evaluation.episodes.push(episode);
         Ok(())
@@ -192,17 +207,18 @@ impl Step<'_> {
         boxes: &[ObjectBox],
         goal: GoalFrom<'_>,
         recorded: Option<(&BTreeSet<Atom>, &[ObjectBox])>,
-    ) -> Episode {
+    ) -> Result<Episode, EvalError> {
         let evaluated = is_evaluated(self.exemplar, self.test);
         let (pair, test) = (self.pair(), self.test);
-        let input = EpisodeInput { pair, evaluated, test, boxes, goal, recorded };
+        let observation = self.observation(boxes)?;
+        let input = EpisodeInput { pair, evaluated, test, observation, goal, recorded };
         let parts = EpisodeParts {
             vocabulary: self.vocabulary,
             grounder: self.grounder,
             planner: self.setup.planner,
             repair_goals: self.setup.repair_goals,
         };
-        carry_out(&parts, &input)
+        Ok(carry_out(&parts, &input).map_err(ConfigError::from)?)
     }
 
     fn goal_source(
@@ -221,27 +237,32 @@ impl Step<'_> {
     }
 
     /// States from disturbed boxes; nothing is planned from them.
-    fn add_jittered(&self, boxes: &[ObjectBox], jitter: Jitter, counts: &mut [Counts]) {
+    fn add_jittered(
+        &self,
+        boxes: &[ObjectBox],
+        jitter: Jitter,
+        counts: &mut [Counts],
+    ) -> Result<(), EvalError> {
         let pair = (self.exemplar.number, self.test.number);
         for (seed, counts) in (0..).zip(counts) {
             let boxes = disturbed(boxes, jitter.px, seed, pair);
             let matching = match_all(self.vocabulary, &boxes, self.test);
-            let observation = Observation { frame: FrameView::default(), objects: &boxes };
-            let judged = self.pipeline().judge(&observation).judged;
+            let grounding = self.pipeline().judge(&self.observation(&boxes)?);
+            let judged = grounding.map_err(ConfigError::from)?.judged;
             let observed = &self.vocabulary.observed;
             counts.add(&score(&judged, &matching, &self.test.init, observed));
         }
+        Ok(())
     }
 }
 
-/// The photographs, where a detector looks at them.
-fn pictures(data: &DomainData, setup: &Setup<'_>) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
-    let BoxSource::Detector(_) = setup.detections else { return Ok(BTreeMap::new()) };
+/// The photographs of all problems.
+fn read_pictures(data: &DomainData) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
     let mut pictures = BTreeMap::new();
     for problem in &data.problems {
         let picture = problem.picture()?.ok_or_else(|| EvalError::File {
             path: format!("data/{}/observations/problem{}.jpg", data.name, problem.number),
-            reason: "a detector needs this photograph".to_owned(),
+            reason: "detector or grounder need this photograph".to_owned(),
         })?;
         pictures.insert(problem.number, picture);
     }

@@ -12,15 +12,70 @@ pub use candidates::{CandidateSlots, slots, tuples};
 pub use judged::{Basis, Evidence, Grounding, Judged};
 pub use nearest::S2s;
 
-use super::model::{Exemplars, ObjectBox, Perception, PerceptionError};
+use thiserror::Error;
+
+use super::Observation;
+use super::model::{Exemplars, Perception, PerceptionError};
+use crate::http::WebError;
 use crate::parts::{PartError, Registry, Role};
 use crate::pddl::Domain;
 
-/// Turns object boxes into judged facts. Pure: the same boxes give the same facts, in any order
-/// of the boxes.
+/// Turns objects, in the frame that shows them, into judged facts. The same observation gives the
+/// same facts, in any order of the objects.
 pub trait Grounder: Send + Sync {
-    /// Judges every type-valid tuple of every observed predicate, in a fixed order.
-    fn ground(&self, objects: &[ObjectBox]) -> Grounding;
+    /// Judges every type-valid tuple of the observed predicates that it can judge, in the order of
+    /// the atoms.
+    ///
+    /// # Errors
+    /// [`GrounderError`] when something that it asks does not answer. One that rests on boxes alone
+    /// never fails.
+    fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError>;
+
+    /// Whether it looks at the pixels: then [`super::FrameView::image`] must be there.
+    fn needs_image(&self) -> bool {
+        false
+    }
+
+    /// Whether one frame takes longer than the loop should wait for: then detector and grounder work
+    /// beside it, as with [`super::detectors::Detector::is_slow`].
+    fn is_slow(&self) -> bool {
+        false
+    }
+}
+
+/// A grounder cannot judge a frame.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GrounderError {
+    /// A service does not answer, or refuses.
+    #[error(transparent)]
+    Service(#[from] WebError),
+    /// A service or a model answers what cannot be used.
+    #[error("{source_name}: {message}")]
+    Reply {
+        /// The service without secrets, or the model's file.
+        source_name: String,
+        /// What was expected and what came.
+        message: String,
+    },
+    /// Something that it needs is missing: exit code 5.
+    #[error("{what} is missing: {how}")]
+    Missing {
+        /// Such as the frame's image.
+        what: String,
+        /// How to get it.
+        how: String,
+    },
+}
+
+impl GrounderError {
+    /// Whether something outside is missing that may be there another time: exit code 5.
+    pub fn is_missing(&self) -> bool {
+        match self {
+            Self::Missing { .. } => true,
+            Self::Service(error) => error.is_absent(),
+            Self::Reply { .. } => false,
+        }
+    }
 }
 
 /// What grounders are made from.

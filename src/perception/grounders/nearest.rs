@@ -5,10 +5,11 @@ use std::sync::Arc;
 use super::candidates::{CandidateSlots, for_tuples, slots};
 use super::examples::{Example, Examples};
 use super::judged::{Basis, Evidence, Grounding, Judged};
-use super::{Grounder, GrounderInputs};
+use super::{Grounder, GrounderError, GrounderInputs};
 use crate::logic::Truth;
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Atom, Domain, Name, Types};
+use crate::perception::Observation;
 use crate::perception::model::features::{
     Feature, FeatureVector, Needs, default_feature, feature_by_name,
 };
@@ -104,7 +105,14 @@ impl S2s {
 }
 
 impl Grounder for S2s {
-    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
+    fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+        Ok(self.judge(observation.objects))
+    }
+}
+
+impl S2s {
+    /// Judges every type-valid tuple of objects, in the order of the atoms.
+    pub fn judge(&self, objects: &[ObjectBox]) -> Grounding {
         // With tables and objects in order of their names, the judgements come in order.
         let mut order: Vec<usize> = (0..objects.len()).collect();
         order.sort_by(|&a, &b| objects[a].name.cmp(&objects[b].name));
@@ -255,7 +263,7 @@ mod tests {
     fn a_tuple_is_judged_as_its_nearest_example() {
         let s2s = S2s::new(&domain(), &on(), &tower()).unwrap();
         let scene = boxes(&[("x", [70.0, 20.0, 80.0, 30.0]), ("y", [71.0, 30.0, 81.0, 40.0])]);
-        let judged = s2s.ground(&scene).judged;
+        let judged = s2s.judge(&scene).judged;
         assert_eq!(judged.len(), 2);
         assert_eq!(judged[0].atom, Atom::new("on", &["x", "y"]));
         assert!(judged[0].truth == Truth::True && judged[0].confidence() > 0.5);
@@ -269,7 +277,7 @@ mod tests {
         for on_pairs in [&[][..], &[("a", "b"), ("b", "a")][..]] {
             let s2s = S2s::new(&domain(), &on(), &exemplars(&apart, on_pairs)).unwrap();
             assert_eq!(s2s.judged_predicates().count(), 0);
-            assert_eq!(s2s.ground(&boxes(&apart)), Grounding::default());
+            assert_eq!(s2s.judge(&boxes(&apart)), Grounding::default());
         }
     }
 
@@ -278,7 +286,7 @@ mod tests {
     fn a_tie_does_not_hold() {
         let same = [("a", [10.0, 40.0, 20.0, 50.0]), ("b", [10.0, 40.0, 20.0, 50.0])];
         let s2s = S2s::new(&domain(), &on(), &exemplars(&same, &[("a", "b")])).unwrap();
-        let judged = s2s.ground(&boxes(&same)).judged;
+        let judged = s2s.judge(&boxes(&same)).judged;
         assert!(
             judged.iter().all(|j| j.truth == Truth::False && j.confidence() == 0.0),
             "{judged:?}"
@@ -300,7 +308,7 @@ mod tests {
             let mut shuffled = objects.clone();
             shuffled.rotate_left((seed % objects.len() as u64) as usize);
             shuffled.swap(0, (seed / 7 % objects.len() as u64) as usize);
-            prop_assert_eq!(s2s.ground(&objects), s2s.ground(&shuffled));
+            prop_assert_eq!(s2s.judge(&objects), s2s.judge(&shuffled));
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::geometry::PixelBox;
 use crate::logic::{Changes, Facts, Universe, bind, effects};
 use crate::messages::{CommandKind, StatusKind};
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_plan};
-use crate::perception::grounders::Grounding;
+use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
 use crate::perception::{Detection, Detections, Grip, Observation};
 use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
@@ -48,12 +48,27 @@ impl Default for SceneParser {
 
 impl SceneParser {
     /// The scene graph of one frame.
+    ///
+    /// # Errors
+    /// What the grounder says; the frame then leaves no trace in the memory.
     pub fn parse(
         &mut self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
+        detections: Detections,
+    ) -> Result<Scene, GrounderError> {
+        let mut next = self.clone();
+        let scene = next.take_frame(config, context, detections)?;
+        *self = next;
+        Ok(scene)
+    }
+
+    fn take_frame(
+        &mut self,
+        config: &ParserConfig,
+        context: &FrameContext<'_>,
         mut detections: Detections,
-    ) -> Scene {
+    ) -> Result<Scene, GrounderError> {
         self.start_steps(config, context);
         let ended = self.end_step(context);
         if let Some(robot) = context.robot {
@@ -71,7 +86,7 @@ impl SceneParser {
         self.tracker.update(detections.objects, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
-        let (readings, anomalies) = self.judge(config, context);
+        let (readings, anomalies) = self.judge(config, context)?;
         let frozen = self.frozen();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
@@ -84,7 +99,7 @@ impl SceneParser {
         let own = self.own_facts(config, &typed, &frozen);
         let facts = self.facts(config, &typed, &own);
         let cause = context.cause;
-        Scene { cause, objects, facts, anomalies, unsettled, detect_us: 0, ground_us: 0 }
+        Ok(Scene { cause, objects, facts, anomalies, unsettled, detect_us: 0, ground_us: 0 })
     }
 
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
@@ -177,7 +192,7 @@ impl SceneParser {
         &self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
-    ) -> (BTreeMap<Atom, Reading>, Vec<Anomaly>) {
+    ) -> Result<(BTreeMap<Atom, Reading>, Vec<Anomaly>), GrounderError> {
         let hidden_frames_max = config.belief.hidden_frames_max;
         let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
         let known = known.filter(|t| !self.is_held(&t.object.name));
@@ -185,7 +200,7 @@ impl SceneParser {
             known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.object.name).collect();
         let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
         let observation = Observation { frame: context.view, objects: &boxes };
-        let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation);
+        let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation)?;
         let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
         anomalies.retain(|anomaly| are_visible(&anomaly.objects));
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
@@ -194,7 +209,7 @@ impl SceneParser {
             let reading = Reading { truth: judged.truth, basis: judged.basis, confidence };
             (judged.atom, reading)
         });
-        (readings.collect(), anomalies)
+        Ok((readings.collect(), anomalies))
     }
 
     fn is_held(&self, name: &Name) -> bool {

@@ -25,9 +25,10 @@ mod tests;
 use std::collections::BTreeMap;
 
 use super::candidates::slots;
-use super::{CandidateSlots, Grounder, GrounderInputs, Grounding, S2s};
+use super::{CandidateSlots, Grounder, GrounderError, GrounderInputs, Grounding, S2s};
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Domain, Name, Types};
+use crate::perception::Observation;
 use crate::perception::model::constraints::{Constraints, SecondOpinion, Support};
 use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
 use board::Board;
@@ -116,13 +117,19 @@ impl Joint {
 }
 
 impl Grounder for Joint {
-    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
+    fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+        Ok(self.judge(observation.objects))
+    }
+}
+
+impl Joint {
+    fn judge(&self, objects: &[ObjectBox]) -> Grounding {
         let with_depth = objects.iter().any(|object| object.volume.is_some());
         let lessons = self.deep.as_ref().filter(|_| with_depth);
         let (deep, lessons) = (lessons.is_some(), lessons.unwrap_or(&self.flat));
-        let mut board = Board::new(objects, deep, self.s2s.ground(objects).judged);
+        let mut board = Board::new(objects, deep, self.s2s.judge(objects).judged);
         if let Some(opinions) = &self.opinions {
-            board.add_opinions(&opinions.ground(objects).judged);
+            board.add_opinions(&opinions.judge(objects).judged);
         }
         let numbered: Vec<&Name> = self.numbered.iter().filter(|p| board.judges(p)).collect();
         fixtures::decide(&mut board, &numbered, &self.constraints, &self.due);

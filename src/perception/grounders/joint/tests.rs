@@ -87,7 +87,7 @@ fn reasons(grounding: &Grounding) -> Vec<String> {
 
 #[track_caller]
 fn check(list: &[(String, [f64; 4])], holds: &[&str], unknown: &[&str], anomalies: &[&str]) {
-    let grounding = joint().ground(&objects(list));
+    let grounding = joint().judge(&objects(list));
     assert_eq!(of(&grounding, Truth::True), holds);
     assert_eq!(of(&grounding, Truth::Unknown), unknown);
     assert_eq!(reasons(&grounding), anomalies);
@@ -147,7 +147,7 @@ fn what_a_constraint_decides_says_so() {
     let mut list: Vec<_> =
         (0..4).map(|n| disk(&format!("d{n}"), 100.0, n, 80.0 - 8.0 * n as f64)).collect();
     list.extend(pegs([4, 0, 0]));
-    let grounding = joint().ground(&objects(&list));
+    let grounding = joint().judge(&objects(&list));
     let of = |text: &str| grounding.judged.iter().find(|j| j.atom.to_string() == text).unwrap();
     // The one example has no disk between: alone, d3 would lie on d1 too.
     assert!(of("(on d3 d1)").d_pos < of("(on d3 d1)").d_neg);
@@ -170,7 +170,7 @@ fn an_example_off_its_peg_makes_exactly_one_at_most_one() {
     let exemplars = Exemplars::new(vec![example]).unwrap();
     let joint = Joint::new(&domain(), &perception(), &exemplars).unwrap();
     assert!(joint.due.predicates.is_empty() && joint.total.is_empty());
-    let grounding = joint.ground(&objects);
+    let grounding = joint.judge(&objects);
     assert!(!of(&grounding, Truth::True).iter().any(|atom| atom.starts_with("(on-peg off")));
     assert!(reasons(&grounding).is_empty());
 }
@@ -230,9 +230,9 @@ fn broken(judged: &[Judged]) -> Vec<String> {
 proptest! {
     #[test]
     fn every_answer_keeps_the_constraints(objects in scene()) {
-        let grounding = joint().ground(&objects);
+        let grounding = joint().judge(&objects);
         prop_assert_eq!(broken(&grounding.judged), Vec::<String>::new());
-        let plain = joint().s2s.ground(&objects).judged;
+        let plain = joint().s2s.judge(&objects).judged;
         prop_assert_eq!(grounding.judged.len(), plain.len(), "every tuple is judged");
     }
 
@@ -240,18 +240,18 @@ proptest! {
     fn the_order_of_objects_does_not_matter(
         (objects, shuffled) in scene().prop_flat_map(|s| (Just(s.clone()), Just(s).prop_shuffle())),
     ) {
-        prop_assert_eq!(joint().ground(&objects), joint().ground(&shuffled));
+        prop_assert_eq!(joint().judge(&objects), joint().judge(&shuffled));
     }
 }
 
 #[test]
 fn degenerate_scenes_are_answered() {
     let grounder = joint();
-    assert_eq!(grounder.ground(&[]), Grounding::default());
+    assert_eq!(grounder.judge(&[]), Grounding::default());
     let same: Vec<_> = (0..60).map(|n| (format!("d{n}"), [10.0, 10.0, 20.0, 20.0])).collect();
     let mut same = objects(&same);
-    assert!(broken(&grounder.ground(&same).judged).is_empty());
+    assert!(broken(&grounder.judge(&same).judged).is_empty());
     same[0].name = same[1].name.clone();
     same[2].pixel_box = PixelBox::from([f64::NAN, 0.0, f64::INFINITY, -1.0]);
-    assert!(broken(&grounder.ground(&same).judged).is_empty());
+    assert!(broken(&grounder.judge(&same).judged).is_empty());
 }

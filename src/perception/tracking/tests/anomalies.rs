@@ -10,8 +10,9 @@ use crate::scene::{Anomaly, Origin};
 struct Suspicious;
 
 impl Grounder for Suspicious {
-    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
-        let mut grounding = Touching.ground(objects);
+    fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+        let objects = observation.objects;
+        let mut grounding = Touching.ground(observation)?;
         let is_block = |o: &&ObjectBox| o.type_name == "block";
         for block in objects.iter().filter(is_block) {
             let stands = block.pixel_box.y2 > HEIGHT as f64 - 5.0;
@@ -30,7 +31,7 @@ impl Grounder for Suspicious {
         for judged in &mut grounding.judged {
             judged.basis = Basis::Constrained;
         }
-        grounding
+        Ok(grounding)
     }
 }
 

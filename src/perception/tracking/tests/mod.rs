@@ -14,9 +14,9 @@ use crate::geometry::{CameraModel, Intrinsics, MaskRun, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{CommandKind, Motion, StatusKind};
 use crate::pddl::Atom;
-use crate::perception::grounders::{Basis, Evidence, Grounding, Judged};
+use crate::perception::grounders::{Basis, Evidence, GrounderError, Grounding, Judged};
 use crate::perception::model::ObjectBox;
-use crate::perception::{DepthView, Detection, Detections, PhraseBox};
+use crate::perception::{DepthView, Detection, Detections, Observation, PhraseBox};
 use crate::run::DomainFolder;
 use crate::scene::{Scene, Visibility};
 
@@ -31,7 +31,8 @@ const HIDDEN_FRAMES_MAX: u32 = 5;
 struct Touching;
 
 impl Grounder for Touching {
-    fn ground(&self, objects: &[ObjectBox]) -> Grounding {
+    fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
+        let objects = observation.objects;
         let is_block = |o: &&ObjectBox| o.type_name == "block";
         let mut judged = Vec::new();
         for above in objects.iter().filter(is_block) {
@@ -52,7 +53,7 @@ impl Grounder for Touching {
                 });
             }
         }
-        Grounding { judged, anomalies: Vec::new() }
+        Ok(Grounding { judged, anomalies: Vec::new() })
     }
 }
 
@@ -164,7 +165,7 @@ impl Eyes {
         };
         let phrases = std::mem::take(&mut self.phrases);
         let detections = Detections { objects: detections.to_vec(), phrases };
-        self.parser.parse(&self.config, &context, detections)
+        self.parser.parse(&self.config, &context, detections).unwrap()
     }
 
     /// The last of some frames that all look the same.
