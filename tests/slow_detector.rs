@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use common::{TestRun, project, runtime};
-use groundloop::actors::scene_parser::{Args, MakeDetector, serve};
-use groundloop::actors::{ActorError, Chaos, Checkpoint, Fatal};
+use groundloop::actors::scene_parser::{MakeDetector, SceneParserArgs, serve};
+use groundloop::actors::{ActorError, Checkpoint, Fatal, Monitor};
 use groundloop::geometry::PixelBox;
 use groundloop::parts::{PartChoice, PartError};
 use groundloop::perception::detectors::{Detector, DetectorError};
@@ -108,7 +108,7 @@ impl Rig {
         let make: MakeDetector = Arc::new(move || {
             Ok(Box::new(Gated { started: telling.clone(), gate: Arc::clone(&waiting) }))
         });
-        let args = Args {
+        let args = SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&context),
             config: Arc::new(config),
@@ -118,7 +118,7 @@ impl Rig {
             image_size: [WIDTH as u32, HEIGHT as u32],
             wait,
             checkpoint: Checkpoint::default(),
-            chaos: Chaos::default(),
+            monitor: Monitor::default(),
         };
         let scenes = bus.subscriber(&SCENE, Depth::newest()).unwrap();
         let frames = bus.publisher(&CAMERA_RGB).unwrap();

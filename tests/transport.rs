@@ -47,6 +47,41 @@ async fn the_newest_message_wins_and_the_others_are_counted() {
     assert_eq!(reader.drops(), Drops { missed: 7, foreign: 0 });
 }
 
+/// Two readers of one topic: one wants the newest scene, the other one, a recorder, all of them.
+#[tokio::test(flavor = "multi_thread")]
+async fn how_much_waits_is_the_affair_of_each_reader() {
+    let test = open("depth");
+    let scenes: Publisher<TaskHeader, SceneRecord> = test.bus.publisher(&SCENE).unwrap();
+    let mut viewer: Subscriber<TaskHeader, SceneRecord> =
+        test.bus.subscriber(&SCENE, Depth::newest()).unwrap();
+    let mut recorder: Subscriber<TaskHeader, SceneRecord> =
+        test.bus.subscriber(&SCENE, Depth::all(100)).unwrap();
+    for cycle in 0..100 {
+        scenes.publish(task(cycle), &[SceneRecord::default(); 3]).unwrap();
+    }
+    assert_eq!(viewer.newest().await.unwrap().header().cycle, 99);
+    for cycle in 0..100 {
+        assert_eq!(recorder.next().await.unwrap().header().cycle, cycle);
+    }
+    assert_eq!(recorder.drops(), Drops::default());
+    let error = test.bus.subscriber::<TaskHeader, SceneRecord>(&SCENE, Depth::all(257));
+    let expect = "cannot open topic scene: 257 messages waiting, at most 256";
+    assert_eq!(error.unwrap_err().to_string(), expect);
+}
+
+/// As many readers as a recorder, viewers and all actors of a large run are.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_topic_has_room_for_many_readers() {
+    let test = open("many");
+    let scenes: Publisher<TaskHeader, SceneRecord> = test.bus.publisher(&SCENE).unwrap();
+    let readers = (0..32).map(|_| test.bus.subscriber(&SCENE, Depth::newest()).unwrap());
+    let mut readers: Vec<Subscriber<TaskHeader, SceneRecord>> = readers.collect();
+    scenes.publish(task(1), &[SceneRecord::default()]).unwrap();
+    for reader in &mut readers {
+        assert_eq!(reader.newest().await.unwrap().header().cycle, 1);
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_reliable_topic_delivers_all_in_order() {
     let test = open("reliable");

@@ -1,6 +1,6 @@
 //! Camera actor: capture, publish.
 
-use super::{ActorError, Chaos};
+use super::{ActorError, Monitor};
 use crate::hardware::Camera;
 use crate::transport::convert::{depth_to_bytes, frame_header};
 use crate::transport::topics::{CAMERA_DEPTH, CAMERA_RGB};
@@ -11,7 +11,11 @@ use crate::transport::{Bus, Publisher};
 ///
 /// # Errors
 /// [`ActorError`] when the camera or the bus fails.
-pub async fn serve(bus: Bus, mut camera: Box<dyn Camera>, chaos: Chaos) -> Result<(), ActorError> {
+pub async fn serve(
+    bus: Bus,
+    mut camera: Box<dyn Camera>,
+    monitor: Monitor,
+) -> Result<(), ActorError> {
     let rgb: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB)?;
     let depth: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_DEPTH)?;
     loop {
@@ -19,7 +23,7 @@ pub async fn serve(bus: Bus, mut camera: Box<dyn Camera>, chaos: Chaos) -> Resul
         let Some(frame) = frame.map_err(|e| ActorError::Part { reason: e.to_string() })? else {
             return Ok(());
         };
-        chaos.message("camera");
+        monitor.message("camera");
         if let Some(depth_m) = &frame.depth_m {
             depth.publish(frame_header(frame, true), depth_to_bytes(depth_m))?;
         }

@@ -17,7 +17,7 @@ pub struct PanicConfig {
 
 /// Makes actors panic, each entry once per episode. Cheap to clone.
 #[derive(Debug, Clone, Default)]
-pub struct Chaos(Arc<Vec<Bomb>>);
+pub(super) struct Chaos(Arc<Vec<Bomb>>);
 
 #[derive(Debug)]
 struct Bomb {
@@ -29,7 +29,7 @@ struct Bomb {
 
 impl Chaos {
     /// The panics of a run file.
-    pub fn new(panics: &[PanicConfig]) -> Self {
+    pub(super) fn new(panics: &[PanicConfig]) -> Self {
         let bombs = panics.iter().map(|panic| Bomb {
             actor: panic.actor.clone(),
             at_message: panic.at_message,
@@ -43,7 +43,7 @@ impl Chaos {
     ///
     /// # Panics
     /// When the run file says so.
-    pub fn message(&self, actor: &str) {
+    pub(super) fn message(&self, actor: &str) {
         for bomb in self.0.iter().filter(|bomb| bomb.actor == actor) {
             let n = bomb.messages.fetch_add(1, Ordering::Relaxed) + 1;
             let fires = n >= bomb.at_message && !bomb.has_fired.swap(true, Ordering::Relaxed);
@@ -52,7 +52,7 @@ impl Chaos {
     }
 
     /// How many panics have happened.
-    pub fn n_fired(&self) -> usize {
+    pub(super) fn n_fired(&self) -> usize {
         self.0.iter().filter(|bomb| bomb.has_fired.load(Ordering::Relaxed)).count()
     }
 }

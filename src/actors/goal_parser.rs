@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{ActorError, Chaos, Checkpoint, Fatal};
+use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
-use crate::messages::GoalMessage;
-use crate::pddl::Condition;
+use crate::messages::{GoalMessage, GoalUpdate};
 use crate::perception::model::Perception;
 use crate::scene::Scene;
 use crate::transport::convert::{WireContext, goal_to_wire, scene_from_wire};
@@ -13,12 +12,9 @@ use crate::transport::topics::{GOAL, SCENE};
 use crate::transport::wire::{SceneRecord, TaskHeader};
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
-/// `TaskHeader::verdict` of a goal message that says "not yet".
-pub const GOAL_PENDING: u32 = 1;
-
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
-pub struct Args {
+pub struct GoalParserArgs {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
@@ -30,7 +26,7 @@ pub struct Args {
     /// The answer; it outlives the actor, so that the goal is asked for once.
     pub checkpoint: Checkpoint<Option<GoalMessage>>,
     /// Panics on purpose.
-    pub chaos: Chaos,
+    pub monitor: Monitor,
 }
 
 /// Publishes the goal, as soon as the scenes allow it to be understood; "not yet" before that, for
@@ -38,35 +34,35 @@ pub struct Args {
 ///
 /// # Errors
 /// [`Fatal`] when no scene can make the goal understood, or what reads it is missing or gives up.
-pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+pub async fn serve(args: Arc<GoalParserArgs>) -> Result<(), ActorError> {
     let goals: Publisher<TaskHeader, u8> = args.bus.publisher(&GOAL)?;
     let mut scenes: Subscriber<TaskHeader, SceneRecord> =
         args.bus.subscriber(&SCENE, Depth::newest())?;
     let mut goal = args.checkpoint.load();
     loop {
         if let Some(goal) = &goal {
-            let (header, text) = goal_to_wire(goal, &args.context);
+            let update = GoalUpdate::Known(goal.clone());
+            let (header, text) = goal_to_wire(&update, &args.context);
             goals.publish(header, &text)?;
             // The goal is constant. The port stays open for late joiners.
             return std::future::pending().await;
         }
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         let scene = scenes.newest_of(read).await?;
-        args.chaos.message("goal_parser");
+        args.monitor.message("goal_parser");
         if let Some(answer) = ask(&args, &scene).await? {
             args.checkpoint.store(Some(answer.clone()));
             goal = Some(answer);
         } else {
-            let nothing = GoalMessage { goal: Condition::True, named: Vec::new() };
-            let (mut header, _) = goal_to_wire(&nothing, &args.context);
-            (header.cycle, header.verdict) = (scene.cause.cycle, GOAL_PENDING);
-            goals.publish(header, &[])?;
+            let update = GoalUpdate::Pending { cycle: scene.cause.cycle };
+            let (header, text) = goal_to_wire(&update, &args.context);
+            goals.publish(header, &text)?;
         }
     }
 }
 
 /// Asks the source; `None` when another look may help.
-async fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, ActorError> {
+async fn ask(args: &GoalParserArgs, scene: &Scene) -> Result<Option<GoalMessage>, ActorError> {
     let objects = GoalObject::of_scene(&args.perception, scene);
     // An answer before the scene has settled could mistake objects for missing ones.
     let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
@@ -96,7 +92,7 @@ async fn ask(args: &Args, scene: &Scene) -> Result<Option<GoalMessage>, ActorErr
 /// Reads on a thread of its own. When the actor is stopped meanwhile, the thread is left behind: it
 /// ends at its own deadline, or with the process, and nobody waits for it.
 async fn read_apart(
-    args: &Args,
+    args: &GoalParserArgs,
     objects: Vec<GoalObject>,
 ) -> Result<Result<ParsedGoal, GoalError>, ActorError> {
     let (sender, receiver) = tokio::sync::oneshot::channel();

@@ -3,6 +3,8 @@
 mod checkpoint;
 mod chaos;
 mod lifecycle;
+mod monitor;
+mod pause;
 mod supervisor;
 pub mod camera;
 pub mod scene_parser;
@@ -19,11 +21,12 @@ use crate::parts::PartError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
-pub use chaos::{Chaos, PanicConfig};
+pub use chaos::PanicConfig;
 pub use checkpoint::Checkpoint;
 pub use lifecycle::{DataLoop, Serve};
+pub use monitor::Monitor;
 pub use snapshot::SnapshotRequest;
-pub use supervisor::{ActorSpec, Supervision, SupervisorConfig, supervise};
+pub use supervisor::{ActorSpec, HealthReport, Supervision, SupervisorConfig, supervise};
 
 /// Why an actor's data loop ended.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::goal_parser::GOAL_PENDING;
-use super::{ActorError, Chaos, Checkpoint};
+use super::{ActorError, Checkpoint, Monitor};
 use crate::clock::{monotonic_ns, thread_cpu_ns};
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Spent};
+use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent};
 use crate::pddl::Step;
 use crate::replanning::{Patience, Replanner, TableBuilder};
 use crate::scene::Scene;
@@ -30,7 +29,7 @@ pub struct Args {
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<Memory>,
     /// Panics on purpose.
-    pub chaos: Chaos,
+    pub monitor: Monitor,
 }
 
 /// Memory that outlives the actor.
@@ -70,20 +69,15 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         if memory.last_cycle == Some(scene.cause.cycle) {
             continue; // a restarted scene parser's history
         }
-        args.chaos.message("planner");
+        args.monitor.message("planner");
         memory.hear(&mut outcomes, &args.context)?;
         while memory.goal.is_none() {
             // Oldest first: a foreign message must not shadow the goal, which is said once.
             let message = goals.next().await?;
-            let header = message.header();
-            if header.verdict == GOAL_PENDING {
-                if header.cycle >= scene.cause.cycle {
-                    break;
-                }
-                continue;
-            }
-            match goal_from_wire(header, message.records(), &args.context) {
-                Ok(goal) => memory.goal = Some(goal),
+            match goal_from_wire(message.header(), message.records(), &args.context) {
+                Ok(GoalUpdate::Known(goal)) => memory.goal = Some(goal),
+                Ok(GoalUpdate::Pending { cycle }) if cycle >= scene.cause.cycle => break,
+                Ok(GoalUpdate::Pending { .. }) => {}
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }

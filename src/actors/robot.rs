@@ -1,6 +1,6 @@
 //! Robot actor: commands in; time passes; statuses and state out.
 
-use super::{ActorError, Chaos};
+use super::{ActorError, Monitor};
 use crate::hardware::Robot;
 use crate::messages::Command;
 use crate::transport::convert::{
@@ -23,7 +23,11 @@ struct Ports {
 ///
 /// # Errors
 /// [`ActorError`] when the bus fails.
-pub async fn serve(bus: Bus, mut robot: Box<dyn Robot>, chaos: Chaos) -> Result<(), ActorError> {
+pub async fn serve(
+    bus: Bus,
+    mut robot: Box<dyn Robot>,
+    monitor: Monitor,
+) -> Result<(), ActorError> {
     let mut ports = Ports {
         commands: bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH))?,
         states: bus.publisher(&ROBOT_STATE)?,
@@ -44,7 +48,7 @@ pub async fn serve(bus: Bus, mut robot: Box<dyn Robot>, chaos: Chaos) -> Result<
         };
         match command.as_ref().map(read) {
             Some(Some(command)) => {
-                chaos.message("robot");
+                monitor.message("robot");
                 tokio::task::block_in_place(|| robot.accept(&command));
             }
             Some(None) => continue,

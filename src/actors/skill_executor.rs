@@ -2,34 +2,33 @@
 
 use std::sync::Arc;
 
-use tokio::sync::watch;
-
+use super::pause::{Pace, Requests};
 use super::scene_parser::fresh;
-use super::{ActorError, Chaos, Checkpoint};
+use super::{ActorError, Checkpoint, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig};
-use crate::messages::{Event, PlanMessage, RobotState, Stop};
-use crate::metrics::{EpisodeMetrics, EpisodeResult};
-use crate::scene::Scene;
+use crate::messages::{
+    Command, Control, DecisionMessage, EpisodeEnd, Event, EventMessage, PlanMessage, RobotState,
+};
+use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    WireContext, command_to_wire, device_header, outcome_to_wire, plan_from_wire,
-    robot_state_from_wire, scene_from_wire, status_from_wire,
+    WireContext, command_to_wire, decision_to_wire, device_header, dispatch_to_wire, end_to_wire,
+    event_to_wire, outcome_to_wire, plan_from_wire, robot_state_from_wire, scene_from_wire,
+    status_from_wire,
 };
 use crate::transport::topics::{
-    OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE,
+    ROBOT_STATUS, SCENE, VERDICT,
 };
 use crate::transport::wire::{
-    CommandRecord, DeviceHeader, OutcomeRecord, RobotStateRecord, SceneRecord, StatusRecord,
-    StepRecord, TaskHeader,
+    CommandRecord, ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord,
+    RobotStateRecord, SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportError};
 
-/// Hears what people should be told; the cycle comes with it.
-pub type Narrate = Arc<dyn Fn(u64, u64, &Event) + Send + Sync>;
-
 /// What the actor is started with; shared by all its incarnations.
-#[expect(missing_debug_implementations, reason = "holds a closure")]
-pub struct Args {
+#[derive(Debug)]
+pub struct SkillExecutorArgs {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
@@ -38,26 +37,21 @@ pub struct Args {
     pub config: Arc<ExecutiveConfig>,
     /// Which clock scenes are aged by.
     pub clock: ClockKind,
-    /// Hears what people should be told (frame's capture stamp in ns, cycle, note).
-    pub narrate: Narrate,
-    /// Stops the episode from outside.
-    pub stop: watch::Receiver<Option<Stop>>,
-    /// Where the episode's end is announced.
-    pub end: watch::Sender<Option<EpisodeResult>>,
     /// Memory that outlives the actor.
-    pub checkpoint: Checkpoint<Memory>,
+    pub checkpoint: Checkpoint<SkillExecutorMemory>,
     /// Panics on purpose.
-    pub chaos: Chaos,
+    pub monitor: Monitor,
 }
 
 /// Memory that outlives the actor.
 #[derive(Debug, Clone, Default)]
-pub struct Memory {
+pub struct SkillExecutorMemory {
     executive: Executive,
-    tally: EpisodeMetrics,
     scene: Option<Scene>,
     robot: Option<RobotState>,
     n_commands: u64,
+    n_events: u64,
+    requests: Requests,
     last_cycle: Option<u64>,
     last_status: Option<u64>,
 }
@@ -67,61 +61,74 @@ struct Ports {
     scenes: Subscriber<TaskHeader, SceneRecord>,
     states: Subscriber<DeviceHeader, RobotStateRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
+    controls: Subscriber<DeviceHeader, ControlRecord>,
     commands: Publisher<DeviceHeader, CommandRecord>,
+    dispatches: Publisher<StreamHeader, DispatchRecord>,
     outcomes: Publisher<TaskHeader, OutcomeRecord>,
+    decisions: Publisher<StreamHeader, DecisionRecord>,
+    events: Publisher<StreamHeader, u8>,
+    verdicts: Publisher<StreamHeader, u8>,
 }
 
 /// Answers every plan with one command, until the episode has ended.
 ///
 /// # Errors
 /// [`ActorError`] when the bus fails.
-pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let mut ports = Ports {
         plans: bus.subscriber(&PLAN, Depth::newest())?,
         scenes: bus.subscriber(&SCENE, Depth::newest())?,
         states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
+        controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
         commands: bus.publisher(&ROBOT_COMMAND)?,
+        dispatches: bus.publisher(&DISPATCH)?,
         outcomes: bus.publisher(&OUTCOME)?,
+        decisions: bus.publisher(&DECISION)?,
+        events: bus.publisher(&EVENT)?,
+        verdicts: bus.publisher(&VERDICT)?,
     };
-    let mut stop = args.stop.clone();
     let mut memory = args.checkpoint.load();
     loop {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
+        let is_paused = memory.requests.pace == Pace::Paused;
         let plan = tokio::select! {
             biased;
-            why = told_to_stop(&mut stop) => return memory.halt(&args, &ports, why),
-            plan = ports.plans.newest_of(read) => plan?,
+            message = ports.controls.next() => {
+                if memory.obey(&args, &ports, &message?)? {
+                    return stay_open().await;
+                }
+                args.checkpoint.store(memory.clone());
+                continue;
+            }
+            plan = ports.plans.newest_of(read), if !is_paused => plan?,
         };
         if memory.last_cycle == Some(plan.cause.cycle) {
             continue; // a restarted planner's history
         }
-        args.chaos.message("skill_executor");
+        args.monitor.message("skill_executor");
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
         memory.publish(&args, &ports, &decision)?;
-        let ended = memory.account(&args, &plan, &decision);
+        memory.tell(&args, &ports, &plan, &decision)?;
         args.checkpoint.store(memory.clone());
-        if ended {
-            return Ok(());
+        if decision.verdict.is_some() {
+            return stay_open().await;
         }
     }
 }
 
-/// Waits until somebody says stop; for ever when nobody is left who could.
-async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
-    let why = stop.wait_for(Option::is_some).await.ok().and_then(|why| *why);
-    match why {
-        Some(why) => why,
-        None => std::future::pending().await,
-    }
+/// The episode has ended. The ports stay open for late joiners, until the supervisor stops the
+/// actor.
+async fn stay_open() -> Result<(), ActorError> {
+    std::future::pending().await
 }
 
-impl Memory {
+impl SkillExecutorMemory {
     /// Gathers what has arrived and decides; `None` while no scene has come.
     fn decide(
         &mut self,
-        args: &Args,
+        args: &SkillExecutorArgs,
         ports: &mut Ports,
         plan: &PlanMessage,
     ) -> Result<Option<Decision>, TransportError> {
@@ -142,7 +149,7 @@ impl Memory {
 
     fn publish(
         &mut self,
-        args: &Args,
+        args: &SkillExecutorArgs,
         ports: &Ports,
         decision: &Decision,
     ) -> Result<(), ActorError> {
@@ -150,49 +157,114 @@ impl Memory {
             let (header, record) = outcome_to_wire(outcome, &args.context)?;
             ports.outcomes.publish(header, &[record])?;
         }
-        let header = device_header(self.n_commands, decision.command.capture_ns);
-        ports.commands.publish(header, &[command_to_wire(&decision.command)?])?;
+        if let Some(dispatch) = &decision.dispatch {
+            // Before the command: whoever sees what the command leads to has heard of it.
+            let (header, records) = dispatch_to_wire(dispatch, &args.context)?;
+            ports.dispatches.publish(header, &records)?;
+        }
+        self.command(ports, &decision.command)
+    }
+
+    fn command(&mut self, ports: &Ports, command: &Command) -> Result<(), ActorError> {
+        let header = device_header(self.n_commands, command.capture_ns);
+        ports.commands.publish(header, &[command_to_wire(command)?])?;
         self.n_commands += 1;
         Ok(())
     }
 
-    /// Books latencies, tells people, and announces the end; returns whether it has come.
-    fn account(&mut self, args: &Args, plan: &PlanMessage, decision: &Decision) -> bool {
+    /// Tells what a cycle came to: events, the end if it has come, and what the command rests on.
+    fn tell(
+        &mut self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        plan: &PlanMessage,
+        decision: &Decision,
+    ) -> Result<(), ActorError> {
+        let answered_ns = monotonic_ns();
         self.last_cycle = Some(plan.cause.cycle);
-        if let Some(scene) = &self.scene {
-            self.tally.count(scene, plan, decision, monotonic_ns());
+        if self.requests.pace == Pace::Once {
+            self.requests.pace = Pace::Paused;
         }
-        let cause = &plan.cause;
         for event in &decision.events {
-            (args.narrate)(cause.capture_ns, cause.cycle, event);
+            self.event(args, ports, plan.cause, event.clone())?;
         }
-        if decision.verdict.is_some() {
-            self.announce(args, decision);
-        }
-        decision.verdict.is_some()
+        self.announce(args, ports, decision)?;
+        let message = DecisionMessage {
+            sequence: self.n_commands - 1,
+            cause: self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default(),
+            plan_cycle: plan.cause.cycle,
+            kind: decision.kind,
+            answered_ns,
+            is_last: decision.verdict.is_some(),
+        };
+        let (header, record) = decision_to_wire(&message, &args.context);
+        Ok(ports.decisions.publish(header, &[record])?)
     }
 
-    /// Stops from outside: the robot holds, and the verdict so far is announced.
-    fn halt(mut self, args: &Args, ports: &Ports, why: Stop) -> Result<(), ActorError> {
-        let cause = self.scene.as_ref().map(|s| s.cause).unwrap_or_default();
-        let decision = self.executive.stop(cause.frame_sequence, cause.capture_ns, why);
-        self.publish(args, ports, &decision)?;
-        for event in &decision.events {
-            (args.narrate)(cause.capture_ns, cause.cycle, event);
-        }
-        self.announce(args, &decision);
+    fn event(
+        &mut self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        cause: FrameRef,
+        event: Event,
+    ) -> Result<(), ActorError> {
+        let message = EventMessage { sequence: self.n_events, cause, event };
+        let (header, text) = event_to_wire(&message, &args.context)?;
+        ports.events.publish(header, &text)?;
+        self.n_events += 1;
         Ok(())
     }
 
-    fn announce(&self, args: &Args, decision: &Decision) {
-        let Some(verdict) = decision.verdict.clone() else { return };
-        let end = EpisodeResult {
+    /// Does what is asked from outside; whether the episode has ended with it.
+    fn obey(
+        &mut self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        message: &Received<DeviceHeader, ControlRecord>,
+    ) -> Result<bool, ActorError> {
+        let before = self.requests.pace;
+        let control = self.requests.take(message);
+        let cause = self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default();
+        match control {
+            Some(Control::Stop(why)) => {
+                let decision = self.executive.stop(cause.frame_sequence, cause.capture_ns, why);
+                self.publish(args, ports, &decision)?;
+                for event in &decision.events {
+                    self.event(args, ports, cause, event.clone())?;
+                }
+                self.announce(args, ports, &decision)?;
+                return Ok(true);
+            }
+            Some(Control::Pause) if before != Pace::Paused => {
+                // In lockstep the world stands still as long as nothing is commanded.
+                if args.clock == ClockKind::Realtime && args.config.motion.is_some() {
+                    let hold = self.executive.hold(cause.frame_sequence, cause.capture_ns);
+                    self.command(ports, &hold)?;
+                }
+                self.event(args, ports, cause, Event::Paused)?;
+            }
+            Some(Control::Resume) if before != Pace::Free => {
+                self.event(args, ports, cause, Event::Resumed)?;
+            }
+            Some(Control::Pause | Control::Resume | Control::Step) | None => {}
+        }
+        Ok(false)
+    }
+
+    fn announce(
+        &self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        decision: &Decision,
+    ) -> Result<(), ActorError> {
+        let Some(verdict) = decision.verdict.clone() else { return Ok(()) };
+        let end = EpisodeEnd {
+            cause: self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default(),
             verdict,
             counts: self.executive.counts,
-            tally: self.tally.clone(),
             remaining: self.executive.remaining().to_vec(),
-            scene: self.scene.clone(),
         };
-        args.end.send_replace(Some(end));
+        let (header, text) = end_to_wire(&end, &args.context)?;
+        Ok(ports.verdicts.publish(header, &text)?)
     }
 }

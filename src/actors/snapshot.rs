@@ -8,7 +8,7 @@ use image::RgbImage;
 
 use super::ActorError;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict};
+use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict};
 use crate::pddl::Condition;
 use crate::perception::label_of;
 use crate::perception::model::Perception;
@@ -32,7 +32,7 @@ pub struct SnapshotRequest {
 
 /// What the actor is started with.
 #[derive(Debug)]
-pub struct Args {
+pub struct SnapshotArgs {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
@@ -49,7 +49,7 @@ pub struct Args {
 ///
 /// # Errors
 /// [`ActorError`] when the bus fails or the picture cannot be written.
-pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+pub async fn serve(args: Arc<SnapshotArgs>) -> Result<(), ActorError> {
     let mut frames: Subscriber<FrameHeader, u8> =
         args.bus.subscriber(&CAMERA_RGB, Depth::newest())?;
     let mut scenes: Subscriber<TaskHeader, SceneRecord> =
@@ -69,7 +69,11 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         }
         while let Some(message) = goals.poll_next()? {
             let text = message.records();
-            goal = goal_from_wire(message.header(), text, &args.context).ok().or(goal);
+            if let Ok(GoalUpdate::Known(known)) =
+                goal_from_wire(message.header(), text, &args.context)
+            {
+                goal = Some(known);
+            }
         }
         while let Some(message) = plans.poll_next()? {
             let plan = plan_from_wire(message.header(), message.records(), &args.context);
@@ -99,7 +103,7 @@ fn picture_of(header: &FrameHeader, payload: &[u8]) -> Option<(u64, RgbImage)> {
 }
 
 fn write(
-    args: &Args,
+    args: &SnapshotArgs,
     picture: &RgbImage,
     scene: &Scene,
     plan: &PlanMessage,
@@ -138,7 +142,7 @@ fn write(
     drawn.save(path).map_err(|e| part(format!("{}: {e}", path.display())))
 }
 
-fn objects(args: &Args, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {
+fn objects(args: &SnapshotArgs, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {
     let marks = scene.objects.iter().map(|object| {
         let spec = args.perception.type_spec(&object.type_name);
         let label = spec.and_then(|spec| label_of(spec, &object.name));
@@ -156,7 +160,7 @@ fn objects(args: &Args, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {
 }
 
 /// Binary facts, without those that only order things: they would hide everything else.
-fn edges(args: &Args, facts: &Facts) -> Vec<EdgeMark> {
+fn edges(args: &SnapshotArgs, facts: &Facts) -> Vec<EdgeMark> {
     let orders = &args.perception.constraints.strict_order;
     let binary = facts.known.iter().filter(|atom| !orders.contains(&atom.predicate));
     let edges = binary.filter_map(|atom| {
@@ -167,7 +171,12 @@ fn edges(args: &Args, facts: &Facts) -> Vec<EdgeMark> {
     edges.collect()
 }
 
-fn goal_marks(args: &Args, scene: &Scene, facts: &Facts, goal: &GoalMessage) -> Vec<GoalMark> {
+fn goal_marks(
+    args: &SnapshotArgs,
+    scene: &Scene,
+    facts: &Facts,
+    goal: &GoalMessage,
+) -> Vec<GoalMark> {
     let parts = if let Condition::And(parts) = &goal.goal {
         parts.clone()
     } else {

@@ -1,7 +1,8 @@
 //! Restarts: a failed actor starts again after a bounded, doubling pause; too many failures, or one
-//! that no restart can help, end the episode.
+//! that no restart can help, end the episode. How the actors fare is told on the topic `health`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use ractor::{Actor, ActorCell, ActorProcessingErr, ActorRef, SupervisionEvent};
@@ -9,7 +10,14 @@ use serde::Deserialize;
 use tokio::sync::watch;
 
 use super::lifecycle::DataLoop;
-use super::{ActorError, Fatal, Serve};
+use super::{ActorError, Fatal, Monitor, Serve};
+use crate::transport::convert::{WireContext, health_to_wire};
+use crate::transport::topics::HEALTH;
+use crate::transport::wire::{HealthRecord, StreamHeader};
+use crate::transport::{Bus, Publisher, TransportError};
+
+/// How often health is told when nothing happens, milliseconds.
+const HEALTH_PERIOD_MS: u64 = 500;
 
 /// `[supervisor]`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -37,10 +45,46 @@ impl std::fmt::Debug for ActorSpec {
     }
 }
 
+/// Where it is told how the actors fare.
+#[derive(Debug)]
+pub struct HealthReport {
+    /// What the actors count.
+    pub monitor: Monitor,
+    context: Arc<WireContext>,
+    publisher: Publisher<StreamHeader, HealthRecord>,
+    n_reports: u64,
+}
+
+impl HealthReport {
+    /// Opens the topic.
+    ///
+    /// # Errors
+    /// [`TransportError`] naming it.
+    pub fn open(
+        bus: &Bus,
+        context: Arc<WireContext>,
+        monitor: Monitor,
+    ) -> Result<Self, TransportError> {
+        Ok(Self { monitor, context, publisher: bus.publisher(&HEALTH)?, n_reports: 0 })
+    }
+
+    fn publish(&mut self) {
+        self.n_reports += 1;
+        let actors = self.monitor.health();
+        let report = health_to_wire(self.n_reports, &actors, &self.context);
+        let sent = report.map_err(|e| e.to_string()).and_then(|(header, records)| {
+            self.publisher.publish(header, &records).map_err(|e| e.to_string())
+        });
+        if let Err(error) = sent {
+            tracing::warn!(error, "health is not told");
+        }
+    }
+}
+
 /// A running supervisor.
 #[derive(Debug)]
 pub struct Supervision {
-    supervisor: ActorRef<Restart>,
+    supervisor: ActorRef<Order>,
     handle: ractor::concurrency::JoinHandle<()>,
     /// What ended the episode from within the tree, once something has.
     pub fatal: watch::Receiver<Option<Fatal>>,
@@ -56,16 +100,17 @@ impl Supervision {
     }
 }
 
-/// Starts all actors under one supervisor.
+/// Starts all actors under one supervisor, which tells how they fare.
 ///
 /// # Errors
 /// [`Fatal::Restarts`] when an actor cannot even be started.
 pub async fn supervise(
     actors: Vec<ActorSpec>,
     config: SupervisorConfig,
+    health: HealthReport,
 ) -> Result<Supervision, Fatal> {
     let (escalate, fatal) = watch::channel(None);
-    let args = (actors, config, escalate);
+    let args = (actors, config, escalate, health);
     let (supervisor, handle) = Actor::spawn(None, Supervisor, args).await.map_err(|error| {
         Fatal::Restarts { actor: "supervisor", failures: 1, reason: error.to_string() }
     })?;
@@ -74,9 +119,14 @@ pub async fn supervise(
 
 struct Supervisor;
 
-/// Start the actor with this index again.
+/// What the supervisor is told.
 #[derive(Debug)]
-struct Restart(usize);
+enum Order {
+    /// Start the actor with this index again.
+    Restart(usize),
+    /// Tell how the actors fare.
+    Report,
+}
 
 struct Tree {
     actors: Vec<ActorSpec>,
@@ -85,15 +135,18 @@ struct Tree {
     cells: BTreeMap<usize, ActorCell>,
     config: SupervisorConfig,
     escalate: watch::Sender<Option<Fatal>>,
+    health: HealthReport,
 }
 
 impl Tree {
     async fn start(
         &mut self,
         idx: usize,
-        myself: &ActorRef<Restart>,
+        myself: &ActorRef<Order>,
     ) -> Result<(), ActorProcessingErr> {
         let Some(spec) = self.actors.get(idx) else { return Ok(()) };
+        let is_restart = self.failures.get(idx).is_some_and(|n| *n > 0);
+        self.health.monitor.started(spec.name, is_restart);
         let serve = (spec.serve)();
         let (actor, _) = Actor::spawn_linked(None, DataLoop, serve, myself.get_cell()).await?;
         self.running.insert(actor.get_id(), idx);
@@ -123,44 +176,61 @@ impl Tree {
 }
 
 impl Actor for Supervisor {
-    type Msg = Restart;
+    type Msg = Order;
     type State = Tree;
-    type Arguments = (Vec<ActorSpec>, SupervisorConfig, watch::Sender<Option<Fatal>>);
+    type Arguments = (Vec<ActorSpec>, SupervisorConfig, watch::Sender<Option<Fatal>>, HealthReport);
 
     async fn pre_start(
         &self,
-        myself: ActorRef<Restart>,
-        (actors, config, escalate): Self::Arguments,
+        myself: ActorRef<Order>,
+        (actors, config, escalate, health): Self::Arguments,
     ) -> Result<Tree, ActorProcessingErr> {
         let failures = vec![0; actors.len()];
         let (running, cells) = (BTreeMap::new(), BTreeMap::new());
-        let mut tree = Tree { actors, failures, running, cells, config, escalate };
+        let mut tree = Tree { actors, failures, running, cells, config, escalate, health };
         for idx in 0..tree.actors.len() {
             tree.start(idx, &myself).await?;
         }
+        tree.health.publish();
+        myself.send_interval(Duration::from_millis(HEALTH_PERIOD_MS), || Order::Report);
         Ok(tree)
     }
 
     async fn handle(
         &self,
-        myself: ActorRef<Restart>,
-        Restart(idx): Restart,
+        myself: ActorRef<Order>,
+        order: Order,
         tree: &mut Tree,
     ) -> Result<(), ActorProcessingErr> {
-        tree.start(idx, &myself).await
+        if let Order::Restart(idx) = order {
+            tree.start(idx, &myself).await?;
+        }
+        tree.health.publish();
+        Ok(())
     }
 
     async fn handle_supervisor_evt(
         &self,
-        myself: ActorRef<Restart>,
+        myself: ActorRef<Order>,
         event: SupervisionEvent,
         tree: &mut Tree,
     ) -> Result<(), ActorProcessingErr> {
-        let SupervisionEvent::ActorFailed(actor, error) = event else { return Ok(()) };
+        let (actor, error) = match event {
+            SupervisionEvent::ActorFailed(actor, error) => (actor, Some(error)),
+            SupervisionEvent::ActorTerminated(actor, ..) => (actor, None),
+            SupervisionEvent::ActorStarted(_) | SupervisionEvent::ProcessGroupChanged(_) => {
+                return Ok(());
+            }
+        };
         let Some(idx) = tree.running.remove(&actor.get_id()) else { return Ok(()) };
+        if let Some(spec) = tree.actors.get(idx) {
+            tree.health.monitor.ended(spec.name);
+        }
+        tree.health.publish();
+        let Some(error) = error else { return Ok(()) };
         match tree.judge(idx, &error) {
             Ok(pause) => {
-                myself.send_after(pause, move || Restart(idx));
+                myself.send_after(pause, move || Order::Restart(idx));
             }
             Err(fatal) => {
                 tree.escalate.send_replace(Some(fatal));
@@ -171,7 +241,7 @@ impl Actor for Supervisor {
 
     async fn post_stop(
         &self,
-        _: ActorRef<Restart>,
+        _: ActorRef<Order>,
         tree: &mut Tree,
     ) -> Result<(), ActorProcessingErr> {
         for cell in tree.cells.values() {
@@ -179,6 +249,8 @@ impl Actor for Supervisor {
                 tracing::debug!(%error, "an actor had stopped before");
             }
         }
+        // The last word: what was counted until the end.
+        tree.health.publish();
         Ok(())
     }
 }

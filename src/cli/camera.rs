@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::{Failure, out};
-use crate::actors::{Chaos, camera};
+use crate::actors::{Monitor, camera};
 use crate::hardware::images::{ImageCamera, find_images};
 use crate::transport::{Bus, BusConfig};
 
@@ -52,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let camera = ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
         let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
         out::note(&format!("publishing {n_images} images at {fps} Hz to run {run:?}"));
-        let serve = camera::serve(bus, Box::new(camera), Chaos::default());
+        let serve = camera::serve(bus, Box::new(camera), Monitor::default());
         tokio::select! {
             ended = serve => ended.map_err(Failure::internal)?,
             stopped = tokio::signal::ctrl_c() => stopped.map_err(Failure::internal)?,

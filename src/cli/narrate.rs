@@ -6,7 +6,7 @@ use crate::pddl::{Atom, Name, Step};
 /// Most steps of a plan that are shown on one line.
 const STEPS_SHOWN: usize = 6;
 
-/// How notes are shown.
+/// How events are shown.
 #[derive(Debug, Clone)]
 pub(super) struct Style {
     /// Whether the terminal shows colours.
@@ -20,10 +20,10 @@ impl Style {
         if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
 
-    /// One note as one line.
-    pub(super) fn line(&self, since_ns: u64, cycle: u64, note: &Event) -> String {
+    /// One event as one line.
+    pub(super) fn line(&self, since_ns: u64, cycle: u64, event: &Event) -> String {
         let seconds = since_ns as f64 / 1e9;
-        let (mark, text) = match note {
+        let (mark, text) = match event {
             Event::State { facts, unknown, constrained } => {
                 (self.paint("2", "state  "), self.state(facts, unknown, constrained))
             }
@@ -48,6 +48,8 @@ impl Style {
                 (self.paint("33", "break  "), format!("{step}: {reason}"))
             }
             Event::Look { reason } => (self.paint("2", "look   "), reason.clone()),
+            Event::Paused => (self.paint("33", "pause  "), "no frame is answered".to_owned()),
+            Event::Resumed => (self.paint("33", "resume "), String::new()),
             Event::End(verdict) => {
                 let code = if verdict.exit_code() == 0 { "32;1" } else { "31;1" };
                 (self.paint("1", "end    "), self.paint(code, &verdict.to_string()))

@@ -1,7 +1,6 @@
 //! `groundloop run`: closed-loop episodes.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,10 +10,15 @@ use tokio::sync::watch;
 use super::narrate::Style;
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
-use crate::messages::{Event, Stop, Verdict};
+use crate::messages::{Control, EventMessage, Stop, Verdict};
 use crate::metrics::{EpisodeReport, Quantiles};
-use crate::run::{EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode};
-use crate::transport::BusConfig;
+use crate::run::{
+    Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
+};
+use crate::transport::convert::{control_to_wire, device_header};
+use crate::transport::topics::CONTROL;
+use crate::transport::wire::{ControlRecord, DeviceHeader};
+use crate::transport::{Bus, BusConfig, EventReader, Publisher};
 
 /// Threads of the runtime: the loop is a pipeline, more would not help one episode.
 const WORKERS: usize = 2;
@@ -74,7 +78,7 @@ fn has_a_folder(path: &Path) -> Result<(), RunError> {
 }
 
 async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
-    let stop = listen().map_err(Failure::internal)?;
+    let mut stop = listen().map_err(Failure::internal)?;
     let first_seed = config.seed;
     let prepared = PreparedRun::read(config, args.data.as_deref())?;
     for warning in &prepared.folder.warnings {
@@ -86,7 +90,7 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     for seed in first_seed..first_seed.saturating_add(args.episodes) {
         let mut prepared = prepared.clone();
         prepared.config.seed = seed;
-        let episode = run_episode(&prepared, options(args, &prepared, &stop)).await?;
+        let episode = Box::pin(watched(args, &prepared, &mut stop)).await?;
         if let Some(path) = args.snapshot.as_ref().filter(|path| !path.is_file()) {
             out::note(&format!("{}: no settled cycle with a plan to draw", path.display()));
         }
@@ -110,33 +114,75 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     Ok(worst)
 }
 
-fn options(
+/// Runs one episode; tells what its topic `event` says, and sends a stop to its topic `control`.
+async fn watched(
     args: &Args,
     prepared: &PreparedRun,
-    stop: &watch::Receiver<Option<Stop>>,
-) -> EpisodeOptions {
-    let quiet = args.episodes > 1;
-    let json = args.json;
-    let orders = prepared.folder.perception.constraints.strict_order.clone();
-    let style = Style { colour: out::is_terminal() && !json, orders };
-    let started_ns = OnceLock::new();
-    let narrate = move |capture_ns: u64, cycle: u64, note: &Event| {
-        let since_ns = capture_ns.saturating_sub(*started_ns.get_or_init(|| capture_ns));
-        let text = style.line(since_ns, cycle, note);
-        match (quiet, json) {
+    stop: &mut watch::Receiver<Option<Stop>>,
+) -> Result<Episode, Failure> {
+    let bus = BusConfig::for_run(prepared.config.run_name());
+    let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
+    let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
+    let mut events = EventReader::open(&bus)?;
+    let mut teller = Teller::new(args, prepared);
+    let snapshot = args.snapshot.clone();
+    let snapshot = snapshot.map(|path| SnapshotRequest { path, from_cycle: args.snapshot_from });
+    let episode = run_episode(prepared, EpisodeOptions { bus, snapshot });
+    tokio::pin!(episode);
+    let mut is_stopped = false;
+    let ended = loop {
+        tokio::select! {
+            biased;
+            event = events.next() => teller.tell(&event?),
+            why = told_to_stop(stop), if !is_stopped => {
+                is_stopped = true;
+                let request = control_to_wire(Control::Stop(why));
+                controls.publish(device_header(0, 0), &[request])?;
+            }
+            ended = &mut episode => break ended,
+        }
+    };
+    while let Some(event) = events.poll()? {
+        teller.tell(&event);
+    }
+    Ok(ended?)
+}
+
+/// Waits until somebody says stop; for ever when nobody is left who could.
+async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
+    let why = stop.wait_for(Option::is_some).await.ok().and_then(|why| *why);
+    match why {
+        Some(why) => why,
+        None => std::future::pending().await,
+    }
+}
+
+/// Tells people what happens.
+struct Teller {
+    style: Style,
+    is_quiet: bool,
+    is_json: bool,
+    started_ns: Option<u64>,
+}
+
+impl Teller {
+    fn new(args: &Args, prepared: &PreparedRun) -> Self {
+        let orders = prepared.folder.perception.constraints.strict_order.clone();
+        let style = Style { colour: out::is_terminal() && !args.json, orders };
+        let (is_quiet, is_json) = (args.episodes > 1, args.json);
+        Self { style, is_quiet, is_json, started_ns: None }
+    }
+
+    fn tell(&mut self, message: &EventMessage) {
+        let EventMessage { cause, event, .. } = message;
+        let started_ns = *self.started_ns.get_or_insert(cause.capture_ns);
+        let since_ns = cause.capture_ns.saturating_sub(started_ns);
+        let text = self.style.line(since_ns, cause.cycle, event);
+        match (self.is_quiet, self.is_json) {
             (true, _) => {}
             (false, true) => out::note(&text),
             (false, false) => out::line(&text),
         }
-    };
-    EpisodeOptions {
-        bus: BusConfig::for_run(prepared.config.run_name()),
-        narrate: Arc::new(narrate),
-        stop: stop.clone(),
-        snapshot: args
-            .snapshot
-            .clone()
-            .map(|path| SnapshotRequest { path, from_cycle: args.snapshot_from }),
     }
 }
 

@@ -3,9 +3,9 @@
 use super::re_observing::with_anomalies;
 use super::running::Running;
 use super::{Answer, Cycle, Executive, Phase};
-use crate::logic::{Changes, Truth, Universe, bind, effects, evaluate, unsatisfied};
-use crate::messages::{CommandKind, Event, Limit, Verdict};
-use crate::pddl::Step;
+use crate::logic::{Facts, Truth, Universe, bind, effects, evaluate, unsatisfied};
+use crate::messages::{CommandKind, Dispatch, Effects, Event, Limit, Verdict};
+use crate::pddl::{Domain, Step, Typed};
 use crate::skills::{Held, Preempt};
 
 /// Why a step may not start.
@@ -53,16 +53,28 @@ impl Executive {
         let cause = cycle.input.scene.cause;
         let target_objects = cycle.config.skills.target_objects(step);
         let targets = target_objects.iter().filter(|name| self.held_name() != Some(name.as_str()));
-        let targets = targets.filter_map(|name| {
-            Some((name.clone(), cycle.input.scene.object(name.as_str())?.volume?.centre))
+        let targets: Vec<_> = targets
+            .filter_map(|name| {
+                Some((name.clone(), cycle.input.scene.object(name.as_str())?.volume?.centre))
+            })
+            .collect();
+        let typed = cycle.input.scene.typed_objects();
+        let effects = predicted_effects(&cycle.config.domain, &typed, &cycle.facts, step);
+        cycle.dispatch = Some(Dispatch {
+            sequence: self.n_dispatches,
+            cause,
+            command_id: self.last_command_id,
+            step: step.clone(),
+            effects: effects.clone(),
         });
+        self.n_dispatches += 1;
         self.phase = Phase::Running(Running {
             step: step.clone(),
             command_id: self.last_command_id,
             started_ns: cause.capture_ns,
             retractable: motion.waypoints.iter().map(|w| w.retractable).collect(),
-            targets: targets.collect(),
-            changes: changes(cycle, step),
+            targets,
+            effects,
             cancelled_ns: None,
             fault: None,
         });
@@ -163,16 +175,20 @@ impl Executive {
     }
 }
 
-/// What a step changes from the present state.
-fn changes(cycle: &Cycle<'_>, step: &Step) -> Changes {
-    let domain = &cycle.config.domain;
-    let objects = cycle.input.scene.typed_objects();
-    let universe = Universe { types: &domain.types, objects: &objects };
-    let action = domain.action(step.action.as_str());
-    action
-        .and_then(|action| {
-            let bindings = bind(action, &step.args)?;
-            Some(effects(action, &bindings, &universe, &|atom| cycle.facts.truth(atom)))
-        })
-        .unwrap_or_default()
+/// What a step changes from a state, as the domain's action says.
+pub fn predicted_effects(
+    domain: &Domain,
+    objects: &[Typed],
+    facts: &Facts,
+    step: &Step,
+) -> Effects {
+    let universe = Universe { types: &domain.types, objects };
+    let predicted = domain.action(step.action.as_str()).and_then(|action| {
+        let bindings = bind(action, &step.args)?;
+        Some(effects(action, &bindings, &universe, &|atom| facts.truth(atom)))
+    });
+    predicted.map_or_else(Effects::default, |changes| Effects {
+        add: changes.add,
+        delete: changes.delete,
+    })
 }

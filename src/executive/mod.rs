@@ -16,13 +16,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::logic::Facts;
 use crate::messages::{
-    AnswerKind, Command, CommandKind, Counts, Event, PlanMessage, ReplanCause, RobotState, Status,
-    StepOutcome, Stop, Verdict,
+    AnswerKind, Command, CommandKind, Counts, Dispatch, Event, PlanMessage, ReplanCause,
+    RobotState, Status, StepOutcome, Stop, Verdict,
 };
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::{Anomaly, Scene};
 use crate::skills::{Held, MotionConfig, SkillMap};
 
+pub use dispatch::predicted_effects;
 pub use explain::deviations;
 pub use limits::Limits;
 
@@ -68,6 +69,8 @@ pub struct Decision {
     pub kind: AnswerKind,
     /// What people are told.
     pub events: Vec<Event>,
+    /// The step that starts, for the scene parser.
+    pub dispatch: Option<Dispatch>,
     /// How dispatched steps ended, for the planner.
     pub outcomes: Vec<StepOutcome>,
     /// How the episode ends, when it does.
@@ -88,6 +91,7 @@ pub struct Executive {
     causes: Vec<ReplanCause>,
     held: Option<Held>,
     last_command_id: u64,
+    n_dispatches: u64,
     n_outcomes: u64,
     failures: BTreeMap<Step, u32>,
     /// The cycle of the last failure: its plan does not know of it yet.
@@ -130,6 +134,7 @@ impl Executive {
             input,
             facts: input.scene.confirmed(),
             events: Vec::new(),
+            dispatch: None,
             outcomes: Vec::new(),
             replanned: false,
             is_new_frame: self.last_frame.replace(input.scene.cause.frame_sequence)
@@ -143,7 +148,6 @@ impl Executive {
             Answer::End(verdict) => (CommandKind::Hold, Some(verdict)),
         };
         let started = matches!(kind, CommandKind::Start(_));
-        let label = self.label();
         let replanned = cycle.replanned;
         if let Some(verdict) = &verdict {
             cycle.events.push(Event::End(verdict.clone()));
@@ -154,7 +158,7 @@ impl Executive {
                 frame_sequence: input.scene.cause.frame_sequence,
                 capture_ns: input.scene.cause.capture_ns,
                 kind,
-                label,
+                step: self.running_step().cloned(),
             },
             kind: match (replanned, started) {
                 (true, _) => AnswerKind::Replan,
@@ -162,6 +166,7 @@ impl Executive {
                 (false, false) => AnswerKind::Continue,
             },
             events: cycle.events,
+            dispatch: cycle.dispatch,
             outcomes: cycle.outcomes,
             verdict,
         }
@@ -171,17 +176,24 @@ impl Executive {
     pub fn stop(&mut self, frame_sequence: u64, capture_ns: u64, stop: Stop) -> Decision {
         let verdict = Verdict::Stopped(stop);
         Decision {
-            command: Command {
-                id: self.last_command_id,
-                frame_sequence,
-                capture_ns,
-                kind: CommandKind::Hold,
-                label: self.label(),
-            },
+            command: self.hold(frame_sequence, capture_ns),
             kind: AnswerKind::Continue,
             events: vec![Event::End(verdict.clone())],
+            dispatch: None,
             outcomes: Vec::new(),
             verdict: Some(verdict),
+        }
+    }
+
+    /// The command for a pause: the robot holds. A step that it breaks off with that is planned
+    /// anew.
+    pub fn hold(&self, frame_sequence: u64, capture_ns: u64) -> Command {
+        Command {
+            id: self.last_command_id,
+            frame_sequence,
+            capture_ns,
+            kind: CommandKind::Hold,
+            step: self.running_step().cloned(),
         }
     }
 
@@ -198,14 +210,6 @@ impl Executive {
         }
     }
 
-    fn label(&self) -> String {
-        match &self.phase {
-            Phase::Running(running) => running.step.to_string(),
-            Phase::ReObserving(re_observing) => re_observing.label.clone(),
-            Phase::Idle | Phase::VerifyingEffects(_) => String::new(),
-        }
-    }
-
     fn failures_total(&self) -> u32 {
         self.failures.values().sum()
     }
@@ -217,6 +221,7 @@ struct Cycle<'a> {
     input: &'a CycleInput<'a>,
     facts: Facts,
     events: Vec<Event>,
+    dispatch: Option<Dispatch>,
     outcomes: Vec<StepOutcome>,
     replanned: bool,
     /// Whether the scene rests on another picture than that of the last cycle: while a detector

@@ -13,8 +13,6 @@ use crate::skills::SkillContext;
 pub(super) struct ReObserving {
     pub(super) command_id: u64,
     pub(super) started_ns: u64,
-    /// What it is for.
-    pub(super) label: String,
     /// When it was told to break off.
     pub(super) cancelled_ns: Option<u64>,
 }
@@ -42,7 +40,7 @@ impl Executive {
         let (config, robot) = (cycle.config.motion.as_ref()?, cycle.input.robot?);
         let pose = config.look_poses.get(self.views_taken)?;
         self.views_taken += 1;
-        let label = format!("look from view {}", self.views_taken);
+        let view = format!("look from view {}", self.views_taken);
         let objects = &cycle.input.scene.objects;
         let mut context = SkillContext::new(objects, config, robot, self.held.clone());
         let waypoints = context.approach(Point3::from(*pose), Expect::Anything).to_vec();
@@ -50,10 +48,9 @@ impl Executive {
         self.phase = Phase::ReObserving(ReObserving {
             command_id: self.last_command_id,
             started_ns: cycle.input.now_ns,
-            label: label.clone(),
             cancelled_ns: None,
         });
-        cycle.event(Event::Look { reason: format!("{label}: {reason}") });
+        cycle.event(Event::Look { reason: format!("{view}: {reason}") });
         Some(Answer::Command(CommandKind::Start(Motion { waypoints })))
     }
 

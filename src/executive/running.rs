@@ -1,8 +1,8 @@
 //! A step in the robot's hands: statuses, timeouts, and what it came to.
 
 use super::{Cycle, Executive, Phase};
-use crate::logic::{Changes, Facts, Truth};
-use crate::messages::{Event, ReplanCause, StatusKind, StepOutcome};
+use crate::logic::{Facts, Truth};
+use crate::messages::{Effects, Event, ReplanCause, StatusKind, StepOutcome};
 use crate::pddl::{Name, Step};
 
 /// A step that the robot carries out.
@@ -16,7 +16,7 @@ pub(super) struct Running {
     /// Where the objects were that the motion goes to.
     pub(super) targets: Vec<(Name, nalgebra::Point3<f64>)>,
     /// What the step should change.
-    pub(super) changes: Changes,
+    pub(super) effects: Effects,
     /// When it was told to break off.
     pub(super) cancelled_ns: Option<u64>,
     /// Why it counts as failed even if it breaks off as told.
@@ -29,7 +29,7 @@ pub(super) struct VerifyingEffects {
     pub(super) step: Step,
     pub(super) started_ns: u64,
     pub(super) ended_ns: u64,
-    pub(super) changes: Changes,
+    pub(super) effects: Effects,
     pub(super) ending: Ending,
     pub(super) fault: Option<String>,
     pub(super) frames: u32,
@@ -68,7 +68,7 @@ impl Executive {
                 step: running.step.clone(),
                 started_ns: running.started_ns,
                 ended_ns: status.capture_ns,
-                changes: running.changes.clone(),
+                effects: running.effects.clone(),
                 ending,
                 fault: running.fault.clone(),
                 frames: 0,
@@ -97,7 +97,7 @@ impl Executive {
         }
         let verifying = verifying.clone();
         self.phase = Phase::Idle;
-        let lacking = lacking(&verifying.changes, &cycle.facts);
+        let lacking = lacking(&verifying.effects, &cycle.facts);
         let reason = match (&verifying.ending, lacking) {
             (Ending::Cancelled, _) => match &verifying.fault {
                 Some(fault) => fault.clone(),
@@ -117,7 +117,7 @@ impl Executive {
     fn succeed(&mut self, cycle: &mut Cycle<'_>, verifying: &VerifyingEffects, seconds: f64) {
         self.counts.skills_done += 1;
         if let Some(expected) = &mut self.expected {
-            apply(&verifying.changes, expected);
+            apply(&verifying.effects, expected);
         }
         if let Some(remaining) = &mut self.remaining
             && remaining.first() == Some(&verifying.step)
@@ -190,23 +190,23 @@ impl Running {
 }
 
 /// What of a step's changes is not to be seen; `None` when all is.
-fn lacking(changes: &Changes, facts: &Facts) -> Option<String> {
-    let not_added = changes.add.iter().find(|atom| facts.truth(atom) != Truth::True);
-    let not_deleted = changes
+fn lacking(effects: &Effects, facts: &Facts) -> Option<String> {
+    let not_added = effects.add.iter().find(|atom| facts.truth(atom) != Truth::True);
+    let not_deleted = effects
         .delete
         .iter()
-        .find(|atom| !changes.add.contains(*atom) && facts.truth(atom) != Truth::False);
+        .find(|atom| !effects.add.contains(*atom) && facts.truth(atom) != Truth::False);
     not_added
         .map(|atom| format!("{atom} is not observed"))
         .or_else(|| not_deleted.map(|atom| format!("{atom} still holds")))
 }
 
 /// Applies a step's changes to expected facts.
-fn apply(changes: &Changes, facts: &mut Facts) {
-    for atom in &changes.delete {
+fn apply(effects: &Effects, facts: &mut Facts) {
+    for atom in &effects.delete {
         facts.set(atom.clone(), Truth::False);
     }
-    for atom in &changes.add {
+    for atom in &effects.add {
         facts.set(atom.clone(), Truth::True);
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Point3;
 
 use crate::geometry::CameraModel;
+use crate::pddl::Step;
 
 /// One picture, as a camera gives it.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,8 +104,8 @@ pub struct Command {
     pub capture_ns: u64,
     /// What to do.
     pub kind: CommandKind,
-    /// The step it serves, such as `(stack red_block blue_block arm)`; opaque to the robot.
-    pub label: String,
+    /// The step that its motion carries out, if any; a robot need not read it.
+    pub step: Option<Step>,
 }
 
 /// How a command fares.

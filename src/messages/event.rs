@@ -2,11 +2,15 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::Verdict;
 use crate::pddl::{Atom, Step};
+use crate::scene::FrameRef;
 
 /// One thing worth telling.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
     /// The believed state has changed (or is known for the first time).
     State {
@@ -66,12 +70,61 @@ pub enum Event {
         /// Why.
         reason: String,
     },
+    /// The loop answers no further frame until it is told to.
+    Paused,
+    /// The loop goes on.
+    Resumed,
     /// The episode ends.
     End(Verdict),
 }
 
-/// Why a plan was switched.
+/// An event with its place in the episode.
 #[derive(Debug, Clone, PartialEq)]
+pub struct EventMessage {
+    /// Number in the executor's stream of events.
+    pub sequence: u64,
+    /// The frame that it belongs to.
+    pub cause: FrameRef,
+    /// What has happened.
+    pub event: Event,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State { facts, unknown, .. } => {
+                write!(f, "state: {}", list(facts))?;
+                if unknown.is_empty() { Ok(()) } else { write!(f, ", unknown: {}", list(unknown)) }
+            }
+            Self::Plan { steps, cost } => {
+                write!(f, "plan: {} steps, cost {cost}: {}", steps.len(), list(steps))
+            }
+            Self::Started { step } => write!(f, "started {step}"),
+            Self::Done { step, seconds } => write!(f, "done {step} in {seconds:.1} s"),
+            Self::Failed { step, reason, failures } => {
+                write!(f, "failed {step}, {failures} so far: {reason}")
+            }
+            Self::Deviation(deviation) => deviation.fmt(f),
+            Self::Replan { causes, .. } => {
+                let causes: Vec<String> = causes.iter().map(ToString::to_string).collect();
+                write!(f, "replan because {}", causes.join("; "))
+            }
+            Self::Cancel { step, reason } => write!(f, "cancel {step}: {reason}"),
+            Self::Look { reason } => write!(f, "look: {reason}"),
+            Self::Paused => f.write_str("paused"),
+            Self::Resumed => f.write_str("resumed"),
+            Self::End(verdict) => write!(f, "end: {verdict}"),
+        }
+    }
+}
+
+fn list<T: fmt::Display>(items: &[T]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// Why a plan was switched.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "cause", rename_all = "kebab-case")]
 pub enum ReplanCause {
     /// The world is not as expected.
     Deviation(Deviation),
@@ -94,7 +147,8 @@ impl fmt::Display for ReplanCause {
 }
 
 /// Facts about the same objects that are not as expected.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Deviation {
     /// Expected, but known not to hold.
     pub missing: Vec<Atom>,
@@ -106,8 +160,6 @@ pub struct Deviation {
 
 impl fmt::Display for Deviation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list =
-            |atoms: &[Atom]| atoms.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
         let mut parts = Vec::new();
         if !self.missing.is_empty() {
             parts.push(format!("expected {}", list(&self.missing)));

@@ -1,15 +1,24 @@
 //! What the stages say to one another, as plain values. `transport` carries them.
 
+mod control;
 mod device;
 mod event;
+mod health;
+mod run;
 mod rung;
 mod task;
 mod verdict;
 
+pub use control::Control;
 pub use device::{
     Command, CommandKind, Expect, Frame, Motion, RobotState, Status, StatusKind, Waypoint,
 };
-pub use event::{Deviation, Event, ReplanCause};
+pub use event::{Deviation, Event, EventMessage, ReplanCause};
+pub use health::ActorHealth;
+pub use run::RunDescriptor;
 pub use rung::{Reuse, Rung};
-pub use task::{GoalMessage, PlanMessage, PlanVerdict, Spent, StepOutcome, named_objects};
-pub use verdict::{AnswerKind, Counts, Limit, Stop, Verdict};
+pub use task::{
+    Dispatch, Effects, GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent, StepOutcome,
+    named_objects,
+};
+pub use verdict::{AnswerKind, Counts, DecisionMessage, EpisodeEnd, Limit, Stop, Verdict};

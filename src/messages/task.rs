@@ -1,9 +1,10 @@
-//! Messages about the task: goal, scene, plan, outcomes.
+//! Messages about the task: goal, plan, dispatches, outcomes.
 
 use std::collections::BTreeSet;
 use std::fmt;
 
 use super::Rung;
+use crate::logic::Truth;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
 use crate::scene::FrameRef;
 
@@ -14,6 +15,18 @@ pub struct GoalMessage {
     pub goal: Condition,
     /// Objects that the goal names.
     pub named: Vec<Typed>,
+}
+
+/// What the goal parser says of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GoalUpdate {
+    /// The goal cannot be understood from what has been seen so far.
+    Pending {
+        /// The cycle of the newest scene that was looked at.
+        cycle: u64,
+    },
+    /// The goal; it does not change any more.
+    Known(GoalMessage),
 }
 
 impl GoalMessage {
@@ -151,6 +164,41 @@ pub struct Spent {
     pub cpu_ns: u64,
     /// Time on the clock on the wall, nanoseconds.
     pub wall_ns: u64,
+}
+
+/// What a step changes when it is carried out from a known state.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Effects {
+    /// Atoms that become true.
+    pub add: BTreeSet<Atom>,
+    /// Atoms that become false; disjoint from `add`.
+    pub delete: BTreeSet<Atom>,
+}
+
+impl Effects {
+    /// What becomes of an atom; `None` when it keeps its value.
+    pub fn truth(&self, atom: &Atom) -> Option<Truth> {
+        if self.add.contains(atom) {
+            Some(Truth::True)
+        } else {
+            self.delete.contains(atom).then_some(Truth::False)
+        }
+    }
+}
+
+/// A step that the robot has been told to carry out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dispatch {
+    /// Number in the executor's stream of dispatches.
+    pub sequence: u64,
+    /// The frame that the decision rests on.
+    pub cause: FrameRef,
+    /// The command that carries its motion.
+    pub command_id: u64,
+    /// The step.
+    pub step: Step,
+    /// What it changes, as predicted from the scene that it was decided on.
+    pub effects: Effects,
 }
 
 /// How a dispatched step ended, in the executor's judgement.

@@ -2,18 +2,26 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
+use crate::pddl::Step;
+use crate::scene::FrameRef;
+
 /// The named bound that ended an episode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Limit {
     /// `limits.cycles_max`.
     Cycles,
     /// `limits.seconds_max`.
     Seconds,
     /// `limits.looks_max`.
+    #[serde(rename = "observations")]
     Looks,
     /// `limits.unseen_frames_max`.
     UnseenFrames,
     /// `limits.late_plans_max`.
+    #[serde(rename = "planner-timeouts")]
     LatePlans,
     /// `limits.failures_max`.
     Failures,
@@ -46,16 +54,20 @@ impl Limit {
 }
 
 /// Who stopped the episode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Stop {
     /// Ctrl-C.
     Interrupt,
     /// SIGTERM.
     Terminate,
+    /// A request on the bus.
+    Request,
 }
 
 /// How an episode ends.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "verdict", content = "of", rename_all = "kebab-case")]
 pub enum Verdict {
     /// The goal holds in a confirmed state.
     Reached,
@@ -95,7 +107,7 @@ impl Verdict {
             Self::Reached | Self::Planned => 0,
             Self::Unsolvable { .. } => 3,
             Self::GaveUp { .. } => 4,
-            Self::Stopped(Stop::Interrupt) => 130,
+            Self::Stopped(Stop::Interrupt | Stop::Request) => 130,
             Self::Stopped(Stop::Terminate) => 143,
         }
     }
@@ -112,6 +124,9 @@ impl Verdict {
             }
             Self::Stopped(Stop::Terminate) => {
                 "terminated (SIGTERM); the robot was told to hold".to_owned()
+            }
+            Self::Stopped(Stop::Request) => {
+                "stopped on request; the robot was told to hold".to_owned()
             }
         }
     }
@@ -135,7 +150,8 @@ pub enum AnswerKind {
 }
 
 /// What is counted over an episode.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Cycles that were answered.
     pub cycles: u64,
@@ -151,4 +167,34 @@ impl From<Stop> for Verdict {
     fn from(stop: Stop) -> Self {
         Self::Stopped(stop)
     }
+}
+
+/// How an episode has ended, as the executor announces it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EpisodeEnd {
+    /// The last frame that was looked at.
+    pub cause: FrameRef,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What was counted.
+    pub counts: Counts,
+    /// The plan that was followed, without what had been done.
+    pub remaining: Vec<Step>,
+}
+
+/// Which scene and plan one command rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DecisionMessage {
+    /// Number of the command in the executor's stream of commands.
+    pub sequence: u64,
+    /// The scene's frame.
+    pub cause: FrameRef,
+    /// The cycle of the plan.
+    pub plan_cycle: u64,
+    /// Which kind of answer the command is.
+    pub kind: AnswerKind,
+    /// Monotonic clock once the command had been sent, nanoseconds (latency only).
+    pub answered_ns: u64,
+    /// Whether the episode ends with it.
+    pub is_last: bool,
 }

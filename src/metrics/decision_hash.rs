@@ -24,12 +24,9 @@ use std::fmt::Write as _;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::executive::Decision;
+use super::AnsweredCycle;
 use crate::logic::Truth;
-use crate::messages::{
-    Command, CommandKind, Expect, Limit, PlanMessage, PlanVerdict, Verdict, Waypoint,
-};
-use crate::scene::Scene;
+use crate::messages::{Command, CommandKind, Expect, Limit, PlanVerdict, Verdict, Waypoint};
 
 /// What is hashed first: the name and version of the encoding. It changes when the text of equal
 /// decisions changes.
@@ -47,8 +44,8 @@ impl Default for DecisionHash {
 
 impl DecisionHash {
     /// Adds one answered cycle.
-    pub fn add(&mut self, scene: &Scene, plan: &PlanMessage, decision: &Decision) {
-        self.0.update(encode(scene, plan, decision));
+    pub fn add(&mut self, cycle: &AnsweredCycle<'_>) {
+        self.0.update(encode(cycle));
     }
 
     /// The hash of all cycles so far, in hexadecimal.
@@ -59,7 +56,8 @@ impl DecisionHash {
 }
 
 /// The text of one answered cycle; see the top of this file.
-pub fn encode(scene: &Scene, plan: &PlanMessage, decision: &Decision) -> String {
+pub fn encode(answered: &AnsweredCycle<'_>) -> String {
+    let AnsweredCycle { scene, plan, command, verdict, .. } = *answered;
     let mut text = String::new();
     let cause = &scene.cause;
     let (cycle, sequence, capture_ns) = (cause.cycle, cause.frame_sequence, cause.capture_ns);
@@ -69,8 +67,8 @@ pub fn encode(scene: &Scene, plan: &PlanMessage, decision: &Decision) -> String 
         line(&mut text, format_args!("fact {} {raw} {confirmed}", fact.atom));
     }
     encode_plan(&mut text, &plan.verdict);
-    encode_command(&mut text, &decision.command);
-    if let Some(verdict) = &decision.verdict {
+    encode_command(&mut text, command);
+    if let Some(verdict) = verdict {
         let bound = match verdict {
             Verdict::GaveUp { limit, .. } => format!(" {}", limit_word(*limit)),
             Verdict::Reached
@@ -120,8 +118,7 @@ fn encode_command(text: &mut String, command: &Command) {
         CommandKind::Hold => "hold",
     };
     // A motion for the sake of a better view serves no step.
-    let step = Some(command.label.as_str()).filter(|label| label.starts_with('('));
-    let step = step.map(|step| format!(" {step}")).unwrap_or_default();
+    let step = command.step.as_ref().map(|step| format!(" {step}")).unwrap_or_default();
     line(text, format_args!("command {} {kind}{step}", command.id));
     if let CommandKind::Start(motion) = &command.kind {
         for waypoint in &motion.waypoints {
@@ -170,15 +167,35 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
-    use crate::messages::{AnswerKind, Motion};
+    use crate::messages::{AnswerKind, Motion, PlanMessage};
     use crate::pddl::{Atom, Name, Step};
-    use crate::scene::{FrameRef, Origin, SceneFact};
+    use crate::scene::{FrameRef, Origin, Scene, SceneFact};
 
     fn name(text: &str) -> Name {
         Name::new(text)
     }
 
-    fn cycle() -> (Scene, PlanMessage, Decision) {
+    struct Cycle {
+        scene: Scene,
+        plan: PlanMessage,
+        command: Command,
+        verdict: Option<Verdict>,
+    }
+
+    impl Cycle {
+        fn answered(&self) -> AnsweredCycle<'_> {
+            AnsweredCycle {
+                scene: &self.scene,
+                plan: &self.plan,
+                command: &self.command,
+                kind: AnswerKind::Dispatch,
+                verdict: self.verdict.as_ref(),
+                answered_ns: 0,
+            }
+        }
+    }
+
+    fn cycle() -> Cycle {
         let cause = FrameRef { cycle: 3, frame_sequence: 4, capture_ns: 400, frame_send_ns: 77 };
         let fact = SceneFact {
             atom: Atom { predicate: name("on"), args: vec![name("a"), name("b")] },
@@ -203,24 +220,17 @@ mod tests {
             frame_sequence: 4,
             capture_ns: 400,
             kind: CommandKind::Start(Motion { waypoints: vec![waypoint] }),
-            label: step.to_string(),
+            step: Some(step),
         };
-        let decision = Decision {
-            command,
-            kind: AnswerKind::Dispatch,
-            events: Vec::new(),
-            outcomes: Vec::new(),
-            verdict: None,
-        };
-        (scene, PlanMessage::new(cause, verdict), decision)
+        Cycle { scene, plan: PlanMessage::new(cause, verdict), command, verdict: None }
     }
 
     /// The encoding is a format: a change here is a new version of [`FORMAT`], and new hashes.
     #[test]
     fn a_cycle_is_written_as_documented() {
-        let (scene, plan, mut decision) = cycle();
+        let mut cycle = cycle();
         let detail = "told to people".to_owned();
-        decision.verdict = Some(Verdict::GaveUp { limit: Limit::Failures, detail });
+        cycle.verdict = Some(Verdict::GaveUp { limit: Limit::Failures, detail });
         let expected = "cycle 3 frame 4 at 400\n\
             fact (on a b) unknown true\n\
             plan 1\n\
@@ -229,28 +239,28 @@ mod tests {
             waypoint 0000000000000000 3ff0000000000000 c000000000000000 0000000000000000 \
             3fe0000000000000 3ff0000000000000 empty true\n\
             verdict gave-up failures\n";
-        assert_eq!(encode(&scene, &plan, &decision), expected);
+        assert_eq!(encode(&cycle.answered()), expected);
         let mut hash = DecisionHash::default();
-        hash.add(&scene, &plan, &decision);
+        hash.add(&cycle.answered());
         let known = "ddb4a66c1985459bd3bfb17daa02034e6eb16542af3636824e8013ec5f62d1fd";
         assert_eq!(hash.hex(), known);
     }
 
     #[test]
     fn what_is_only_for_people_does_not_count_and_what_is_decided_does() {
-        let hash = |change: fn(&mut Scene, &mut PlanMessage, &mut Decision)| {
-            let (mut scene, mut plan, mut decision) = cycle();
-            change(&mut scene, &mut plan, &mut decision);
+        let hash = |change: fn(&mut Cycle)| {
+            let mut cycle = cycle();
+            change(&mut cycle);
             let mut hash = DecisionHash::default();
-            hash.add(&scene, &plan, &decision);
+            hash.add(&cycle.answered());
             hash.hex()
         };
-        let calm = hash(|_, _, _| {});
-        assert_eq!(calm, hash(|scene, _, _| scene.detect_us = 1));
-        assert_eq!(calm, hash(|_, plan, _| plan.plan_us = 1));
-        assert_ne!(calm, hash(|scene, _, _| scene.facts[0].confirmed = Truth::Unknown));
-        assert_ne!(calm, hash(|_, _, decision| decision.command.id = 3));
-        assert_ne!(calm, hash(|_, _, decision| decision.command.kind = CommandKind::Hold));
-        assert_ne!(calm, hash(|_, _, decision| decision.verdict = Some(Verdict::Reached)));
+        let calm = hash(|_| {});
+        assert_eq!(calm, hash(|cycle| cycle.scene.detect_us = 1));
+        assert_eq!(calm, hash(|cycle| cycle.plan.plan_us = 1));
+        assert_ne!(calm, hash(|cycle| cycle.scene.facts[0].confirmed = Truth::Unknown));
+        assert_ne!(calm, hash(|cycle| cycle.command.id = 3));
+        assert_ne!(calm, hash(|cycle| cycle.command.kind = CommandKind::Hold));
+        assert_ne!(calm, hash(|cycle| cycle.verdict = Some(Verdict::Reached)));
     }
 }

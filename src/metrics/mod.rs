@@ -8,4 +8,4 @@ mod report;
 pub use decision_hash::{DecisionHash, FORMAT as DECISIONS_FORMAT, encode as encode_decision};
 pub use latency::{Latency, Quantiles};
 pub use report::{EpisodeReport, Latencies};
-pub use tally::{EpisodeMetrics, EpisodeResult};
+pub use tally::{AnsweredCycle, EpisodeMetrics, EpisodeResult};

@@ -3,12 +3,28 @@
 use std::collections::BTreeMap;
 
 use super::{DecisionHash, Latency};
-use crate::executive::Decision;
-use crate::messages::{AnswerKind, Counts, PlanMessage, Verdict};
+use crate::messages::{AnswerKind, Command, Counts, PlanMessage, Verdict};
 use crate::pddl::Step;
 use crate::scene::Scene;
 
-/// How an episode ended, as the executor announces it.
+/// One answered frame: what was seen, planned and commanded.
+#[derive(Debug, Clone, Copy)]
+pub struct AnsweredCycle<'a> {
+    /// The scene that the command rests on.
+    pub scene: &'a Scene,
+    /// The plan that it rests on.
+    pub plan: &'a PlanMessage,
+    /// The command.
+    pub command: &'a Command,
+    /// Which kind of answer it is.
+    pub kind: AnswerKind,
+    /// How the episode ends with it, if it does.
+    pub verdict: Option<&'a Verdict>,
+    /// Monotonic clock once the command had been sent, nanoseconds (latency only).
+    pub answered_ns: u64,
+}
+
+/// How an episode ended, with all that was measured.
 #[derive(Debug, Clone)]
 pub struct EpisodeResult {
     /// The verdict.
@@ -46,10 +62,11 @@ impl EpisodeMetrics {
         self.last_ns.saturating_sub(self.first_ns.unwrap_or(self.last_ns)) as f64 / 1e9
     }
 
-    /// Books one answered frame. `now_ns` is the monotonic clock after the command was sent.
-    pub fn count(&mut self, scene: &Scene, plan: &PlanMessage, decision: &Decision, now_ns: u64) {
-        let latency_us = now_ns.saturating_sub(plan.cause.frame_send_ns) / 1000;
-        self.frame_to_command.entry(decision.kind).or_default().record_us(latency_us);
+    /// Books one answered frame.
+    pub fn count(&mut self, cycle: &AnsweredCycle<'_>) {
+        let AnsweredCycle { scene, plan, kind, answered_ns, .. } = *cycle;
+        let latency_us = answered_ns.saturating_sub(plan.cause.frame_send_ns) / 1000;
+        self.frame_to_command.entry(kind).or_default().record_us(latency_us);
         self.detect.record_us(scene.detect_us.into());
         self.ground.record_us(scene.ground_us.into());
         self.plan.record_us(plan.plan_us.into());
@@ -58,7 +75,7 @@ impl EpisodeMetrics {
         }
         self.first_ns.get_or_insert(scene.cause.capture_ns);
         self.last_ns = scene.cause.capture_ns;
-        self.decisions.add(scene, plan, decision);
+        self.decisions.add(cycle);
     }
 
     /// Frame → command latencies of one kind of answer.

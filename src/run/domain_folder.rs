@@ -19,6 +19,8 @@ pub struct DomainFolder {
     pub path: PathBuf,
     /// `domain.pddl`.
     pub domain: Domain,
+    /// Its text.
+    pub domain_text: String,
     /// `completion.pddl`; no rules without the file.
     pub rules: Vec<Axiom>,
     /// `perception.toml`.
@@ -84,7 +86,7 @@ impl DomainFolder {
         };
         let source = read("domain.pddl")?.ok_or_else(|| missing("domain.pddl"))?;
         let parsed = parse_domain(&source)?;
-        let domain = parsed.value;
+        let (domain, domain_text) = (parsed.value, source.text);
         let warnings = parsed.warnings.iter().map(|w| w.message.clone()).collect();
         let rules = match read("completion.pddl")? {
             Some(source) => parse_rules(&source, &domain)?,
@@ -105,6 +107,6 @@ impl DomainFolder {
         let [a, b, c, d, e, f, g, h, ..] = digest;
         let hash = u64::from_le_bytes([a, b, c, d, e, f, g, h]);
         let path = path.to_owned();
-        Ok(Self { path, domain, rules, perception, language, skills, hash, warnings })
+        Ok(Self { path, domain, domain_text, rules, perception, language, skills, hash, warnings })
     }
 }

@@ -2,32 +2,28 @@
 
 use std::sync::Arc;
 
-use tokio::sync::watch;
-
+use super::observer::{Observed, Observer};
 use super::wiring::{PreparedRun, Shared};
 use super::{DomainFolder, RunError};
 use crate::actors::{
-    ActorSpec, Chaos, Checkpoint, Fatal, SnapshotRequest, scene_parser, skill_executor, snapshot,
-    supervise,
+    ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
 use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::messages::{GoalMessage, Stop};
+use crate::messages::{ActorHealth, GoalMessage, RunDescriptor};
 use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
 use crate::perception::complete;
 use crate::scene::Scene;
-use crate::transport::convert::WireContext;
-use crate::transport::{Bus, BusConfig};
+use crate::transport::convert::{WireContext, run_to_wire};
+use crate::transport::topics::RUN;
+use crate::transport::wire::{DeviceHeader, SCHEMA};
+use crate::transport::{Bus, Publisher};
 
 /// How an episode is run.
-#[expect(missing_debug_implementations, reason = "holds a closure")]
+#[derive(Debug)]
 pub struct EpisodeOptions {
-    /// The bus.
-    pub bus: BusConfig,
-    /// Hears what people should be told.
-    pub narrate: skill_executor::Narrate,
-    /// Stops the episode from outside.
-    pub stop: watch::Receiver<Option<Stop>>,
+    /// The bus: narration is read from its topic `event`, and a stop is asked for on `control`.
+    pub bus: Bus,
     /// A picture of one cycle.
     pub snapshot: Option<SnapshotRequest>,
 }
@@ -52,23 +48,17 @@ pub async fn run_episode(
     options: EpisodeOptions,
 ) -> Result<Episode, RunError> {
     let (started_ns, cpu_ns) = (monotonic_ns(), process_cpu_ns());
-    let bus = tokio::task::block_in_place(|| Bus::open(&options.bus))?;
-    let (end_sender, mut end_receiver) = watch::channel(None);
+    let bus = options.bus;
     let run_id = started_ns ^ (u64::from(std::process::id()) << 48);
     let folder = &prepared.folder;
     let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
-    let shared = Shared {
-        context,
-        narrate: options.narrate,
-        stop: options.stop,
-        end: end_sender,
-        goal: Checkpoint::default(),
-        scenes: Checkpoint::default(),
-        chaos: Chaos::new(&prepared.config.panic),
-    };
+    let _description = describe(prepared, &bus, run_id)?;
+    let mut observer = Observer::open(&bus, Arc::clone(&context))?;
+    let monitor = Monitor::new(&prepared.config.panic);
+    let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
     let mut actors = prepared.core_actors(&bus, &shared)?;
     actors.extend(options.snapshot.map(|request| {
-        let args = snapshot::Args {
+        let args = snapshot::SnapshotArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
             perception: folder.perception.clone(),
@@ -83,55 +73,74 @@ pub async fn run_episode(
     }));
     let hardware = prepared.hardware(&bus, &shared)?;
     actors.extend(hardware.actors);
-    let mut supervision = supervise(actors, prepared.config.supervisor.clone()).await?;
-    let ended = wait(&mut end_receiver, &mut supervision.fatal).await;
+    let health = HealthReport::open(&bus, context, monitor.clone())?;
+    let mut supervision = supervise(actors, prepared.config.supervisor.clone(), health).await?;
+    let ended = tokio::select! {
+        ended = observer.watch() => ended.map_err(RunError::from),
+        failed = supervision.fatal.wait_for(Option::is_some) => {
+            Err(failed.ok().and_then(|fatal| fatal.clone()).unwrap_or_else(gone).into())
+        }
+    };
     supervision.stop().await;
-    let end = ended?;
+    ended?;
+    let Observed { result, goal, health } = observer.finish()?.ok_or_else(gone)?;
     let seconds = |ns: u64| ns as f64 / 1e9;
-    let wall_ns = monotonic_ns() - started_ns;
-    let cpu_ns = process_cpu_ns() - cpu_ns;
-    let mut report = report(prepared, &shared, &end, (seconds(wall_ns), seconds(cpu_ns)));
-    let goal = shared.goal.load();
-    report.goal_in_simulator = match (hardware.truth, goal, &end.scene) {
+    let (wall_ns, cpu_ns) = (monotonic_ns() - started_ns, process_cpu_ns() - cpu_ns);
+    let mut report = report(prepared.config.seed, &result, &health, [wall_ns, cpu_ns].map(seconds));
+    report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
+    report.goal_in_simulator = match (hardware.truth, goal, &result.scene) {
         (Some(truth), Some(goal), Some(scene)) => Some(holds(folder, &goal, scene, &truth())),
         _ => None,
     };
-    Ok(Episode { report, end, n_panics: shared.chaos.n_fired() })
+    Ok(Episode { report, end: result, n_panics: monitor.n_panics() })
 }
 
-async fn wait(
-    end: &mut watch::Receiver<Option<EpisodeResult>>,
-    fatal: &mut watch::Receiver<Option<Fatal>>,
-) -> Result<EpisodeResult, RunError> {
-    let gone = || Fatal::Restarts {
+fn gone() -> Fatal {
+    Fatal::Restarts {
         actor: "supervisor",
         failures: 1,
         reason: "it has stopped by itself".to_owned(),
-    };
-    tokio::select! {
-        ended = end.wait_for(Option::is_some) => {
-            ended.ok().and_then(|end| end.clone()).ok_or_else(|| gone().into())
-        }
-        failed = fatal.wait_for(Option::is_some) => {
-            Err(failed.ok().and_then(|fatal| fatal.clone()).unwrap_or_else(gone).into())
-        }
     }
 }
 
-fn report(
+/// Describes the run for whoever joins; the description stays as long as what is returned.
+fn describe(
     prepared: &PreparedRun,
-    shared: &Shared,
+    bus: &Bus,
+    run_id: u64,
+) -> Result<Publisher<DeviceHeader, u8>, RunError> {
+    let folder = &prepared.folder;
+    let description = RunDescriptor {
+        run_id,
+        run: bus.run().to_owned(),
+        domain: folder.domain.name.to_string(),
+        domain_text: folder.domain_text.clone(),
+        domain_hash: folder.hash,
+        config: prepared.config.resolved.clone(),
+        seed: prepared.config.seed,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        wire_schema: SCHEMA,
+    };
+    let publisher = bus.publisher(&RUN)?;
+    let written = run_to_wire(&description);
+    let (header, text) = written.map_err(|e| Fatal::BadInput { message: e.to_string() })?;
+    publisher.publish(header, &text)?;
+    Ok(publisher)
+}
+
+fn report(
+    seed: u64,
     end: &EpisodeResult,
-    (wall_seconds, cpu_seconds): (f64, f64),
+    health: &[ActorHealth],
+    [wall_seconds, cpu_seconds]: [f64; 2],
 ) -> EpisodeReport {
-    let scenes: scene_parser::Memory = shared.scenes.load();
-    let frames = end.counts.cycles + scenes.missed + scenes.rejected;
-    let goal: Option<GoalMessage> = shared.goal.load();
+    let unanswered: u64 = health.iter().map(|actor| actor.n_missed + actor.n_rejected).sum();
+    let frames = end.counts.cycles + unanswered;
     let confirmed = end.scene.as_ref().map(Scene::confirmed).unwrap_or_default();
     EpisodeReport {
         verdict: end.verdict.word(),
         reason: end.verdict.reason(),
-        seed: prepared.config.seed,
+        seed,
         cycles: end.counts.cycles,
         frames,
         replans: end.counts.replans,
@@ -144,7 +153,7 @@ fn report(
         decision_hash: end.tally.decision_hash(),
         latency_us: Latencies::of(end),
         plan: end.remaining.iter().map(ToString::to_string).collect(),
-        goal: goal.map(|goal| goal.goal.to_string()).unwrap_or_default(),
+        goal: String::new(),
         goal_in_simulator: None,
         facts: confirmed.known.iter().map(ToString::to_string).collect(),
     }

@@ -34,6 +34,7 @@ pub fn load_run(path: &Path, sets: &[String]) -> Result<RunConfig, ConfigError> 
     let text = if sets.is_empty() { text } else { document.to_string() };
     let mut run: RunConfig = toml::from_str(&text).map_err(|e| fault(e.to_string()))?;
     path.clone_into(&mut run.origin);
+    run.resolved = text;
     run.check()?;
     Ok(run)
 }

@@ -7,6 +7,7 @@ mod domain_folder;
 mod exemplars;
 mod eye;
 mod wiring;
+mod observer;
 mod episode;
 #[cfg(test)]
 mod tests;

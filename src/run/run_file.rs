@@ -21,6 +21,9 @@ pub struct RunConfig {
     /// The file it was read from.
     #[serde(skip)]
     pub origin: PathBuf,
+    /// Its text with all that was set over it, as TOML: what a process that joins the run is told.
+    #[serde(skip)]
+    pub resolved: String,
     /// Name of a folder below `domains/`, or the path of a domain folder.
     pub domain: String,
     /// Name of the run on the bus; without one, the file's name (and, where the simulator plays

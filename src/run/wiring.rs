@@ -4,22 +4,18 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::watch;
-
 use super::{
     CameraKind, ConfigError, DomainFolder, Eye, GoalConfig, RobotKind, RunConfig, environment,
     in_data,
 };
 use crate::actors::{
-    ActorError, ActorSpec, Chaos, Checkpoint, Serve, goal_parser, planner, scene_parser,
+    ActorError, ActorSpec, Checkpoint, Monitor, Serve, goal_parser, planner, scene_parser,
     skill_executor,
 };
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
 use crate::logic::Facts;
-use crate::messages::{GoalMessage, Stop};
-use crate::metrics::EpisodeResult;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;
@@ -45,12 +41,7 @@ pub struct PreparedRun {
 /// What the actors of one episode share besides the bus.
 pub(super) struct Shared {
     pub(super) context: Arc<WireContext>,
-    pub(super) narrate: skill_executor::Narrate,
-    pub(super) stop: watch::Receiver<Option<Stop>>,
-    pub(super) end: watch::Sender<Option<EpisodeResult>>,
-    pub(super) goal: Checkpoint<Option<GoalMessage>>,
-    pub(super) scenes: Checkpoint<scene_parser::Memory>,
-    pub(super) chaos: Chaos,
+    pub(super) monitor: Monitor,
 }
 
 /// What really holds, where somebody knows: the simulator.
@@ -152,7 +143,7 @@ impl PreparedRun {
             let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
             first.map_or_else(|| this.detector().map_err(|e| e.to_string()), Ok)
         };
-        let args = Arc::new(scene_parser::Args {
+        let args = Arc::new(scene_parser::SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
             config: Arc::new(config),
@@ -161,20 +152,20 @@ impl PreparedRun {
             beside: beside && self.config.clock == ClockKind::Realtime,
             image_size: self.image_size(),
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
-            checkpoint: shared.scenes.clone(),
-            chaos: shared.chaos.clone(),
+            checkpoint: Checkpoint::default(),
+            monitor: shared.monitor.clone(),
         });
         Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
     }
 
     fn goal_parser(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
-        let args = Arc::new(goal_parser::Args {
+        let args = Arc::new(goal_parser::GoalParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
             source: Arc::clone(&self.goal),
             perception: self.folder.perception.clone(),
-            checkpoint: shared.goal.clone(),
-            chaos: shared.chaos.clone(),
+            checkpoint: Checkpoint::default(),
+            monitor: shared.monitor.clone(),
         });
         actor("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
     }
@@ -188,7 +179,7 @@ impl PreparedRun {
                 ClockKind::Realtime => Some(Duration::from_millis(self.config.planner.deadline_ms)),
             },
             checkpoint: Checkpoint::new(planner::Memory::new(self.planner()?)),
-            chaos: shared.chaos.clone(),
+            monitor: shared.monitor.clone(),
         });
         Ok(actor("planner", move || planner::serve(Arc::clone(&args))))
     }
@@ -204,16 +195,13 @@ impl PreparedRun {
             motion,
             limits: self.config.limits.clone(),
         };
-        let args = Arc::new(skill_executor::Args {
+        let args = Arc::new(skill_executor::SkillExecutorArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
             config: Arc::new(config),
             clock: self.config.clock,
-            narrate: Arc::clone(&shared.narrate),
-            stop: shared.stop.clone(),
-            end: shared.end.clone(),
             checkpoint: Checkpoint::default(),
-            chaos: shared.chaos.clone(),
+            monitor: shared.monitor.clone(),
         });
         actor("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
     }
@@ -249,20 +237,20 @@ impl PreparedRun {
                 got: format!("{width}x{height}"),
             });
         }
-        let (bus_of_camera, chaos) = (bus.clone(), shared.chaos.clone());
+        let (bus_of_camera, monitor) = (bus.clone(), shared.monitor.clone());
         let world = hardware.clone();
         let camera = actor("camera", move || {
             let camera = Box::new(SimCamera::new(world.clone()));
-            camera::serve(bus_of_camera.clone(), camera, chaos.clone())
+            camera::serve(bus_of_camera.clone(), camera, monitor.clone())
         });
         let oracle = Oracle::new(&self.folder, hardware.clone())?;
         let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
         if self.config.robot.kind == RobotKind::None {
             return Ok(Hardware { actors: vec![camera], truth });
         }
-        let (bus_of_robot, chaos) = (bus.clone(), shared.chaos.clone());
+        let (bus_of_robot, monitor) = (bus.clone(), shared.monitor.clone());
         let robot = actor("robot", move || {
-            robot::serve(bus_of_robot.clone(), hardware.robot(), chaos.clone())
+            robot::serve(bus_of_robot.clone(), hardware.robot(), monitor.clone())
         });
         Ok(Hardware { actors: vec![camera, robot], truth })
     }

@@ -10,11 +10,12 @@ use super::error::StressError;
 use super::feed::View;
 use super::measure::Timing;
 use crate::actors::{
-    ActorSpec, Chaos, Checkpoint, Fatal, Supervision, SupervisorConfig, planner, supervise,
+    ActorSpec, Checkpoint, Fatal, HealthReport, Monitor, Supervision, SupervisorConfig, planner,
+    supervise,
 };
 use crate::clock::monotonic_ns;
 use crate::logic::Facts;
-use crate::messages::{GoalMessage, PlanMessage, PlanVerdict, Rung};
+use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Rung};
 use crate::pddl::{Problem, Step};
 use crate::planners::PlannerConfig;
 use crate::run::DomainFolder;
@@ -96,12 +97,13 @@ impl Session {
         let domain = &start.folder.domain;
         let context = Arc::new(WireContext::new(run_id, start.folder.hash, domain.clone()));
         let memory = memory(&start)?;
+        let monitor = Monitor::default();
         let args = Arc::new(planner::Args {
             bus: bus.clone(),
             context: Arc::clone(&context),
             deadline: Some(Duration::from_millis(start.planner.deadline_ms)),
             checkpoint: Checkpoint::new(memory),
-            chaos: Chaos::default(),
+            monitor: monitor.clone(),
         });
         let serve = move || Box::pin(planner::serve(Arc::clone(&args))) as crate::actors::Serve;
         let actor = ActorSpec { name: "planner", serve: Box::new(serve) };
@@ -110,9 +112,10 @@ impl Session {
         let scenes = bus.publisher(&SCENE)?;
         let plans = bus.subscriber(&PLAN, Depth::newest())?;
         let goals = bus.publisher(&GOAL)?;
-        let supervision = supervise(vec![actor], restarts).await?;
+        let health = HealthReport::open(&bus, Arc::clone(&context), monitor)?;
+        let supervision = supervise(vec![actor], restarts, health).await?;
         let goal = GoalMessage::new(start.problem.goal.clone(), Vec::new(), &start.problem.objects);
-        let (header, text) = goal_to_wire(&goal, &context);
+        let (header, text) = goal_to_wire(&GoalUpdate::Known(goal), &context);
         goals.publish(header, &text)?;
         Ok(Self {
             context,

@@ -5,10 +5,12 @@ pub mod topics;
 mod bus;
 mod ports;
 pub mod convert;
+mod join;
 
 use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
+pub use join::{EventReader, join};
 pub use ports::{Depth, Drops, Publisher, Received, Record, Subscriber};
 
 /// The bus does not work.

@@ -6,6 +6,7 @@
 //! without that a slow topic (goal, plan) would stay silent until its next message.
 
 use std::os::fd::{AsRawFd, RawFd};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 
 use iceoryx2::node::Node;
@@ -115,6 +116,7 @@ pub struct Publisher<H: Header, R: Record> {
     samples: Arc<SamplePublisher<Service, [R], H>>,
     notifier: Arc<Notifier<Service>>,
     handshakes: JoinHandle<()>,
+    n_sent: AtomicU64,
     topic: &'static str,
 }
 
@@ -161,7 +163,13 @@ impl<H: Header, R: Record> Publisher<H, R> {
         let handshakes = tokio::spawn(serve_late_joiners(joins, weak_publisher, weak_notifier));
         // A reader that opened before this writer has announced itself already.
         connect(&publisher, &notifier, topic.name);
-        Ok(Self { samples: publisher, notifier, handshakes, topic: topic.name })
+        Ok(Self {
+            samples: publisher,
+            notifier,
+            handshakes,
+            n_sent: AtomicU64::new(0),
+            topic: topic.name,
+        })
     }
 
     /// Sends one message: stamps the header and copies the records into shared memory.
@@ -175,7 +183,7 @@ impl<H: Header, R: Record> Publisher<H, R> {
         };
         let sample = self.samples.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
         let mut sample = sample.write_from_slice(records);
-        header.set_send_ns(monotonic_ns());
+        header.stamp(monotonic_ns(), self.n_sent.fetch_add(1, Ordering::Relaxed));
         *sample.user_header_mut() = header;
         sample.send().map_err(|e| fault(&e))?;
         self.notifier.notify().map_err(|e| fault(&e))?;
@@ -351,6 +359,14 @@ impl<H: Header, R: Record> Subscriber<H, R> {
         }
     }
 
+    /// Waits until something may have come. Cancel-safe.
+    ///
+    /// # Errors
+    /// [`TransportError::Receive`].
+    pub async fn wait(&self) -> Result<(), TransportError> {
+        self.wakeups.wait().await
+    }
+
     /// The newest message that is here already, if any.
     ///
     /// # Errors
@@ -381,6 +397,11 @@ impl<H: Header, R: Record> Subscriber<H, R> {
             return Ok(Some(Received(sample)));
         }
         Ok(None)
+    }
+
+    /// Name of the topic.
+    pub fn topic(&self) -> &'static str {
+        self.wakeups.topic
     }
 
     /// What has been missed so far.

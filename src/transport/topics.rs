@@ -25,6 +25,13 @@ const HISTORY: usize = 16;
 /// The one writer of a topic, and a second one while the first is being replaced.
 const ONE_WRITER: usize = 2;
 
+/// Events that a late joiner gets.
+const EVENTS_HISTORY: usize = 64;
+/// Processes that may send requests at a time.
+const CONTROL_WRITERS_MAX: usize = 16;
+/// Bytes of the first allocation of a topic whose messages are text.
+const TEXT_BYTES: usize = 4096;
+
 /// What the loop's own readers of a topic without losses have waiting at most.
 pub const RELIABLE_DEPTH: usize = 64;
 
@@ -37,6 +44,11 @@ const fn state(name: &'static str, initial_len: usize) -> Topic {
 const fn stream(name: &'static str) -> Topic {
     let (depth_max, writers_max) = (DEPTH_MAX, ONE_WRITER);
     Topic { name, depth_max, history: HISTORY, writers_max, initial_len: 1 }
+}
+
+/// A topic of JSON texts.
+const fn text(name: &'static str, history: usize) -> Topic {
+    Topic { history, ..state(name, TEXT_BYTES) }
 }
 
 const fn frames(name: &'static str, initial_len: usize) -> Topic {
@@ -52,18 +64,33 @@ pub const CAMERA_RGB: Topic = frames("camera/main/rgb", FRAME_BYTES);
 pub const CAMERA_DEPTH: Topic = frames("camera/main/depth", FRAME_BYTES / 3 * 4);
 /// What the robot knows of itself: robot → scene parser, executor.
 pub const ROBOT_STATE: Topic = state("robot/state", 1);
-/// Motions and answers to frames: executor → robot, scene parser.
+/// Motions and answers to frames: executor → robot.
 pub const ROBOT_COMMAND: Topic = stream("robot/command");
 /// How motions fare: robot → executor, scene parser.
 pub const ROBOT_STATUS: Topic = stream("robot/status");
 /// The constant goal: goal parser → all.
-pub const GOAL: Topic = state("goal", 4096);
+pub const GOAL: Topic = state("goal", TEXT_BYTES);
 /// The scene graph: scene parser → planner, executor, goal parser.
 pub const SCENE: Topic = state("scene", 256);
 /// The plan: planner → executor.
 pub const PLAN: Topic = state("plan", 64);
+/// Steps that the robot is told to carry out, with what they change: executor → scene parser.
+pub const DISPATCH: Topic = stream("dispatch");
 /// How dispatched steps ended: executor → planner.
 pub const OUTCOME: Topic = stream("outcome");
+
+/// Which scene and plan each command rests on: executor → whoever measures or records.
+pub const DECISION: Topic = stream("decision");
+/// What has happened, as JSON with a line for people: executor → narration, recorder, viewers.
+pub const EVENT: Topic = text("event", EVENTS_HISTORY);
+/// How the episode has ended, as JSON: executor → whoever waits for it.
+pub const VERDICT: Topic = text("verdict", 1);
+/// Requests to stop, pause, resume or step: any process → executor, scene parser.
+pub const CONTROL: Topic = Topic { writers_max: CONTROL_WRITERS_MAX, ..stream("control") };
+/// How the actors fare: supervisor → viewers.
+pub const HEALTH: Topic = state("health", 8);
+/// What a process must know to take part, as JSON: run → every process that joins.
+pub const RUN: Topic = text("run", 1);
 
 /// All topics, for tools and tests.
 pub const TOPICS: &[Topic] = &[
@@ -75,5 +102,12 @@ pub const TOPICS: &[Topic] = &[
     GOAL,
     SCENE,
     PLAN,
+    DISPATCH,
     OUTCOME,
+    DECISION,
+    EVENT,
+    VERDICT,
+    CONTROL,
+    HEALTH,
+    RUN,
 ];

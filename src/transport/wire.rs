@@ -6,7 +6,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of every layout in this file; a reader rejects other versions.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// Longest name in bytes (objects, predicates, actions).
 pub const NAME_BYTES_MAX: usize = 48;
@@ -20,9 +20,6 @@ pub const DETAIL_BYTES_MAX: usize = 160;
 /// Most waypoints of one motion.
 pub const WAYPOINTS_MAX: usize = 16;
 
-/// Longest label of a command, in bytes.
-pub const LABEL_BYTES_MAX: usize = 256;
-
 /// A name: UTF-8, padded with zero bytes.
 pub type NameBytes = [u8; NAME_BYTES_MAX];
 
@@ -32,21 +29,27 @@ pub trait Header: Copy + Default + std::fmt::Debug + ZeroCopySend + Send + Sync 
     fn schema(&self) -> u32;
     /// Number of the message in its stream.
     fn sequence(&self) -> u64;
-    /// Monotonic clock at sending, nanoseconds; for latency figures only.
-    fn set_send_ns(&mut self, send_ns: u64);
+    /// Notes when it is sent (monotonic clock, nanoseconds; for latency figures only), and the how
+    /// manieth message of its writer it is, where the header has no number of its own.
+    fn stamp(&mut self, send_ns: u64, n_sent: u64);
 }
 
 macro_rules! header {
-    ($type:ty, $sequence:ident) => {
+    ($type:ty) => {
+        header!($type, |_header: &mut $type, _n_sent: u64| {});
+    };
+    ($type:ty, $number:expr) => {
         impl Header for $type {
             fn schema(&self) -> u32 {
                 self.schema
             }
             fn sequence(&self) -> u64 {
-                self.$sequence
+                self.sequence
             }
-            fn set_send_ns(&mut self, send_ns: u64) {
+            fn stamp(&mut self, send_ns: u64, n_sent: u64) {
                 self.send_ns = send_ns;
+                let number: fn(&mut $type, u64) = $number;
+                number(self, n_sent);
             }
         }
     };
@@ -92,7 +95,7 @@ pub struct FrameHeader {
     /// Camera orientation in the world frame, unit quaternion (x, y, z, w).
     pub world_from_camera_xyzw: [f64; 4],
 }
-header!(FrameHeader, sequence);
+header!(FrameHeader);
 
 /// Header of messages from and to devices, which know nothing of the task.
 #[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
@@ -110,11 +113,11 @@ pub struct DeviceHeader {
     /// Monotonic clock at sending, nanoseconds.
     pub send_ns: u64,
 }
-header!(DeviceHeader, sequence);
+header!(DeviceHeader);
 
 /// Header of messages that rest on a frame: goal, scene, plan, outcome.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
-#[type_name("groundloop.TaskHeader.v2")]
+#[type_name("groundloop.TaskHeader.v3")]
 #[repr(C)]
 pub struct TaskHeader {
     /// [`SCHEMA`].
@@ -125,6 +128,8 @@ pub struct TaskHeader {
     pub run_id: u64,
     /// Hash of the domain folder the sender uses.
     pub domain_hash: u64,
+    /// The how manieth message of its writer this is.
+    pub sequence: u64,
     /// Number of the cycle.
     pub cycle: u64,
     /// Frame that it rests on.
@@ -152,7 +157,7 @@ pub struct TaskHeader {
     /// Message-specific text: a limit, a missing object, a reason.
     pub detail: [u8; DETAIL_BYTES_MAX],
 }
-header!(TaskHeader, cycle);
+header!(TaskHeader, |header, n_sent| header.sequence = n_sent);
 
 impl Default for TaskHeader {
     fn default() -> Self {
@@ -161,6 +166,7 @@ impl Default for TaskHeader {
             verdict: 0,
             run_id: 0,
             domain_hash: 0,
+            sequence: 0,
             cycle: 0,
             frame_sequence: 0,
             capture_ns: 0,
@@ -177,6 +183,36 @@ impl Default for TaskHeader {
         }
     }
 }
+
+/// Header of messages that have a number of their own beside the frame that they rest on.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.StreamHeader.v1")]
+#[repr(C)]
+pub struct StreamHeader {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Message-specific, see `convert`.
+    pub kind: u32,
+    /// Which run this belongs to.
+    pub run_id: u64,
+    /// Hash of the domain folder the sender uses.
+    pub domain_hash: u64,
+    /// Number of the message in its stream.
+    pub sequence: u64,
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Frame that it rests on.
+    pub frame_sequence: u64,
+    /// That frame's capture stamp, run time in nanoseconds.
+    pub capture_ns: u64,
+    /// When that frame was sent, monotonic nanoseconds (latency only).
+    pub frame_send_ns: u64,
+    /// Monotonic clock at sending, nanoseconds (latency only).
+    pub send_ns: u64,
+    /// The command that it is about, or zero.
+    pub command_id: u64,
+}
+header!(StreamHeader);
 
 /// One object, fact or anomaly of a scene; `tag` says which fields count.
 #[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
@@ -243,6 +279,19 @@ pub struct StepRecord {
     pub args: [NameText; ARGS_MAX],
 }
 
+/// A dispatched step, or an atom that it is about to change.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.DispatchRecord.v1")]
+#[repr(C)]
+pub struct DispatchRecord {
+    /// 0 = the step, first and once; 1 = an atom that becomes true; 2 = one that becomes false.
+    pub tag: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The step, or the atom as a predicate with its arguments.
+    pub call: StepRecord,
+}
+
 /// How a dispatched step ended, in the executor's judgement.
 #[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
 #[type_name("groundloop.OutcomeRecord.v1")]
@@ -298,7 +347,7 @@ pub struct WaypointRecord {
 
 /// One command to a robot.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
-#[type_name("groundloop.CommandRecord.v1")]
+#[type_name("groundloop.CommandRecord.v2")]
 #[repr(C)]
 pub struct CommandRecord {
     /// 0 = continue, 1 = start a motion, 2 = break off and go up, 3 = hold still.
@@ -311,8 +360,12 @@ pub struct CommandRecord {
     pub frame_sequence: u64,
     /// The waypoints.
     pub waypoints: [WaypointRecord; WAYPOINTS_MAX],
-    /// What it is for, in the task's words; opaque to the robot.
-    pub label: [u8; LABEL_BYTES_MAX],
+    /// 1 = `step` is known.
+    pub has_step: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The step that the motion carries out, for logs; a robot need not read it.
+    pub step: StepRecord,
 }
 
 impl Default for CommandRecord {
@@ -323,7 +376,9 @@ impl Default for CommandRecord {
             command_id: 0,
             frame_sequence: 0,
             waypoints: [WaypointRecord::default(); WAYPOINTS_MAX],
-            label: [0; LABEL_BYTES_MAX],
+            has_step: 0,
+            reserved: 0,
+            step: StepRecord::default(),
         }
     }
 }
@@ -346,5 +401,66 @@ pub struct StatusRecord {
 impl Default for StatusRecord {
     fn default() -> Self {
         Self { command_id: 0, kind: 0, reserved: 0, detail: [0; DETAIL_BYTES_MAX] }
+    }
+}
+
+/// A request to the loop; any process may send one.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.ControlRecord.v1")]
+#[repr(C)]
+pub struct ControlRecord {
+    /// 0 = stop, 1 = pause, 2 = resume, 3 = answer one frame.
+    pub request: u32,
+    /// Stop: 0 = Ctrl-C, 1 = SIGTERM, 2 = a request on the bus. Otherwise zero.
+    pub reason: u32,
+}
+
+/// Which plan one command rests on, and when it was sent; the scene is in the header.
+#[derive(Debug, Clone, Copy, Default, ZeroCopySend)]
+#[type_name("groundloop.DecisionRecord.v1")]
+#[repr(C)]
+pub struct DecisionRecord {
+    /// The cycle of the plan.
+    pub plan_cycle: u64,
+    /// Monotonic clock once the command had been sent, nanoseconds (latency only).
+    pub answered_ns: u64,
+    /// 0 = continue, 1 = a step was started, 2 = the plan was switched.
+    pub kind: u32,
+    /// 1 = the episode ends with it.
+    pub is_last: u32,
+}
+
+/// How one actor fares.
+#[derive(Debug, Clone, Copy, ZeroCopySend)]
+#[type_name("groundloop.HealthRecord.v1")]
+#[repr(C)]
+pub struct HealthRecord {
+    /// Its name.
+    pub actor: NameText,
+    /// 1 = it runs now.
+    pub is_alive: u32,
+    /// Failures that were followed by a restart.
+    pub n_restarts: u32,
+    /// Messages that it has worked on.
+    pub n_messages: u64,
+    /// Frames that newer ones have overtaken.
+    pub n_missed: u64,
+    /// Frames that could not be used.
+    pub n_rejected: u64,
+    /// Why the last of them could not.
+    pub last_rejection: [u8; DETAIL_BYTES_MAX],
+}
+
+impl Default for HealthRecord {
+    fn default() -> Self {
+        Self {
+            actor: NameText::default(),
+            is_alive: 0,
+            n_restarts: 0,
+            n_messages: 0,
+            n_missed: 0,
+            n_rejected: 0,
+            last_rejection: [0; DETAIL_BYTES_MAX],
+        }
     }
 }

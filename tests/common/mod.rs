@@ -15,13 +15,16 @@ pub mod eval;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
-use groundloop::messages::{Event, ReplanCause, Stop};
+use groundloop::messages::{Control, Event, ReplanCause, Stop};
 use groundloop::run::{
     Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
 };
-use groundloop::transport::BusConfig;
+use groundloop::transport::convert::{control_to_wire, device_header};
+use groundloop::transport::topics::CONTROL;
+use groundloop::transport::wire::{ControlRecord, DeviceHeader};
+use groundloop::transport::{Bus, BusConfig, EventReader, Publisher};
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::watch;
 
@@ -40,17 +43,14 @@ pub fn small(name: &str, sets: &[&str]) -> RunConfig {
     load_run(&project("configs").join(name), &sets).unwrap()
 }
 
-/// What an episode told.
-pub type Notes = Arc<Mutex<Vec<Event>>>;
-
 /// An episode on a bus of its own; removes what the bus leaves behind.
 pub struct TestRun {
     root: tempfile::TempDir,
     prefix: String,
     /// Where to send a stop.
     pub stop: watch::Sender<Option<Stop>>,
-    /// What was told.
-    pub notes: Notes,
+    /// What the topic `event` said.
+    pub events: Mutex<Vec<Event>>,
 }
 
 impl TestRun {
@@ -58,7 +58,7 @@ impl TestRun {
         let root = tempfile::tempdir().unwrap();
         let unique = root.path().file_name().unwrap().to_str().unwrap().replace('.', "");
         let prefix = format!("gltest_{unique}_");
-        Self { root, prefix, stop: watch::Sender::new(None), notes: Notes::default() }
+        Self { root, prefix, stop: watch::Sender::new(None), events: Mutex::default() }
     }
 
     pub fn bus(&self, run: &str) -> BusConfig {
@@ -72,21 +72,41 @@ impl TestRun {
     /// Runs an episode to its end.
     pub fn run(&self, config: RunConfig) -> Result<Episode, RunError> {
         let prepared = PreparedRun::read(config, None)?;
-        let notes = Arc::clone(&self.notes);
-        let options = EpisodeOptions {
-            bus: self.bus("test"),
-            narrate: Arc::new(move |_, _, note: &Event| notes.lock().unwrap().push(note.clone())),
-            stop: self.stop.subscribe(),
-            snapshot: None,
+        runtime().block_on(self.watch(&prepared))
+    }
+
+    /// Runs an episode, reads its events and forwards a stop, all over the bus.
+    async fn watch(&self, prepared: &PreparedRun) -> Result<Episode, RunError> {
+        let bus = Bus::open(&self.bus("test"))?;
+        let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
+        let mut events = EventReader::open(&bus)?;
+        let mut stop = self.stop.subscribe();
+        let episode = run_episode(prepared, EpisodeOptions { bus, snapshot: None });
+        tokio::pin!(episode);
+        let mut is_stopped = false;
+        let ended = loop {
+            tokio::select! {
+                biased;
+                event = events.next() => self.events.lock().unwrap().push(event?.event),
+                why = stop.wait_for(Option::is_some), if !is_stopped => {
+                    is_stopped = true;
+                    let request = control_to_wire(Control::Stop(why.unwrap().unwrap()));
+                    controls.publish(device_header(0, 0), &[request])?;
+                }
+                ended = &mut episode => break ended,
+            }
         };
-        runtime().block_on(run_episode(&prepared, options))
+        while let Some(event) = events.poll()? {
+            self.events.lock().unwrap().push(event.event);
+        }
+        ended
     }
 
     /// The deviations that replans were told to be caused by.
     pub fn replan_causes(&self) -> Vec<String> {
-        let notes = self.notes.lock().unwrap();
-        let causes = notes.iter().filter_map(|note| {
-            if let Event::Replan { causes, .. } = note { Some(causes) } else { None }
+        let events = self.events.lock().unwrap();
+        let causes = events.iter().filter_map(|event| {
+            if let Event::Replan { causes, .. } = event { Some(causes) } else { None }
         });
         let deviations = causes.flatten().filter_map(|cause| match cause {
             ReplanCause::Deviation(deviation) => Some(deviation.to_string()),
@@ -97,7 +117,7 @@ impl TestRun {
 
     /// What was told, as text.
     pub fn told(&self) -> String {
-        format!("{:#?}", self.notes.lock().unwrap())
+        format!("{:#?}", self.events.lock().unwrap())
     }
 }
 

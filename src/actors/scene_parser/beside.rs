@@ -12,10 +12,13 @@ use std::time::Duration;
 use tokio::time::{Instant, sleep_until};
 
 use super::thread::{Answer, Job, PerceptionThread};
-use super::{Args, MakeDetector, Memory, Ports, Rejection, check, nothing_usable, read_depth};
+use super::{
+    MakeDetector, NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, check,
+    nothing_usable, read_depth,
+};
 use crate::actors::{ActorError, Fatal};
 use crate::transport::Received;
-use crate::transport::convert::frame_from_wire;
+use crate::transport::convert::RgbFrame;
 use crate::transport::wire::FrameHeader;
 
 /// Pause after a first failure of the detector, milliseconds; doubles with each one in a row.
@@ -41,7 +44,7 @@ struct Tools {
     answer_deadline: Option<Instant>,
 }
 
-pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
+pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<(), ActorError> {
     let now = Instant::now();
     let mut tools = Tools {
         thread: PerceptionThread::start(
@@ -59,13 +62,11 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
     let mut memory = args.checkpoint.load();
     loop {
         let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
-        let usable = |frame: Received<FrameHeader, u8>| match check(args, &frame) {
-            Ok(()) => Ok(frame),
-            Err(reason) => {
-                memory.rejected += 1;
-                tools.bad_frame = Some(Rejection::unusable(&reason));
-                Err(reason)
-            }
+        let usable = |message: Received<FrameHeader, u8>| {
+            check(args, message).inspect_err(|reason| {
+                args.monitor.rejected(NAME, reason);
+                tools.bad_frame = Some(Rejection::unusable(reason));
+            })
         };
         tokio::select! {
             biased;
@@ -75,7 +76,14 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
             frame = ports.rgb.newest_of(usable) => {
                 take_frame(args, &mut memory, &mut tools, &mut ports, &frame?)?;
             }
-            () = sleep_until(deadline) => return Err(tools.too_late(args).into()),
+            () = sleep_until(deadline) => {
+                if !memory.is_paused(&mut ports)? {
+                    return Err(tools.too_late(args).into());
+                }
+                let deadline = Instant::now() + args.wait;
+                tools.frame_deadline = deadline;
+                tools.answer_deadline = tools.answer_deadline.map(|_| deadline);
+            }
         }
         args.checkpoint.store(memory.clone());
     }
@@ -84,11 +92,11 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
 /// A frame has come: it goes to the detector if that is free, and the loop goes on with what it
 /// has.
 fn take_frame(
-    args: &Args,
-    memory: &mut Memory,
+    args: &SceneParserArgs,
+    memory: &mut SceneParserMemory,
     tools: &mut Tools,
     ports: &mut Ports,
-    frame: &Received<FrameHeader, u8>,
+    frame: &RgbFrame,
 ) -> Result<(), ActorError> {
     if let Some(newer) = ports.depth.drain_newest()? {
         tools.depths = Some(newer);
@@ -97,22 +105,17 @@ fn take_frame(
     if memory.last_frame == Some(header.sequence) {
         return Ok(()); // a restarted camera shows the same frame again
     }
-    args.chaos.message("scene_parser");
+    args.monitor.message(NAME);
     memory.hear(ports, &args.context)?;
     memory.last_frame = Some(header.sequence);
-    memory.missed = ports.rgb.drops().missed;
+    args.monitor.missed(NAME, ports.rgb.drops().missed);
     let now = Instant::now();
     tools.frame_deadline = now + args.wait;
     if !tools.thread.is_busy() && now >= tools.next_try {
-        match job(args, memory, tools, frame) {
-            Ok(job) => {
-                tools.thread.offer(job)?;
-                tools.answer_deadline.get_or_insert(now + args.wait);
-            }
-            Err(rejection) => memory.reject(&rejection),
-        }
+        tools.thread.offer(job(args, memory, tools, frame))?;
+        tools.answer_deadline.get_or_insert(now + args.wait);
     }
-    if let Some(scene) = &mut memory.carried {
+    if let Some(scene) = &mut memory.last_scene {
         scene.cause.cycle = memory.cycle;
         (scene.detect_us, scene.ground_us) = (0, 0);
         memory.cycle += 1;
@@ -122,31 +125,25 @@ fn take_frame(
 }
 
 /// A frame with all that belongs to it, for the thread.
-fn job(
-    args: &Args,
-    memory: &Memory,
-    tools: &Tools,
-    frame: &Received<FrameHeader, u8>,
-) -> Result<Job, Rejection> {
+fn job(args: &SceneParserArgs, memory: &SceneParserMemory, tools: &Tools, frame: &RgbFrame) -> Job {
     let header = frame.header();
-    let view = frame_from_wire(header, frame.records()).map_err(|e| Rejection::unusable(&e))?;
     let mut depth_m = Vec::new();
     let has_depth = read_depth(tools.depths.as_ref(), header, &mut depth_m);
-    Ok(Job {
+    Job {
         heard: memory.heard(header.into()),
         parser: memory.parser.clone(),
-        size: [view.width as usize, view.height as usize],
-        rgb: view.rgb.to_vec(),
+        size: frame.size().map(|side| side as usize),
+        rgb: frame.rgb().to_vec(),
         depth_m: has_depth.then_some(depth_m),
-        model: view.model,
+        model: frame.model().copied(),
         phrases: memory.phrases(&args.config),
-    })
+    }
 }
 
 /// The thread has answered: the scene of its frame, or a pause before it is asked again.
 fn take_answer(
-    args: &Args,
-    memory: &mut Memory,
+    args: &SceneParserArgs,
+    memory: &mut SceneParserMemory,
     tools: &mut Tools,
     ports: &Ports,
     Answer { n_frames, parsed }: Answer,
@@ -158,7 +155,7 @@ fn take_answer(
             let pause_ms = RETRY_MS_MIN << tools.n_failures.min(16);
             tools.next_try = now + Duration::from_millis(pause_ms.min(RETRY_MS_MAX));
             tools.n_failures += 1;
-            memory.reject(&rejection);
+            args.reject(&rejection);
             tools.bad_answer = Some(rejection);
             return Ok(());
         }
@@ -168,13 +165,13 @@ fn take_answer(
     memory.parser = parser;
     memory.parsed(&mut scene, n_frames);
     ports.publish(args, &scene)?;
-    memory.carried = Some(scene);
+    memory.last_scene = Some(scene);
     Ok(())
 }
 
 impl Tools {
     /// Why nothing came in time: no frames, or no answers.
-    fn too_late(&self, args: &Args) -> Fatal {
+    fn too_late(&self, args: &SceneParserArgs) -> Fatal {
         let is_silent = self.answer_deadline.is_some_and(|deadline| deadline < self.frame_deadline);
         if !is_silent {
             return nothing_usable(args, self.bad_frame.clone());

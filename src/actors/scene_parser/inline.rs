@@ -2,14 +2,17 @@
 
 use tokio::time::{Instant, timeout_at};
 
-use super::{Args, Memory, Ports, Rejection, Seen, check, nothing_usable, read_depth, scene_of};
+use super::{
+    NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, Seen, check, nothing_usable,
+    read_depth, scene_of,
+};
 use crate::actors::ActorError;
 use crate::clock::monotonic_ns;
 use crate::perception::detectors::Detector;
 use crate::perception::{DepthView, FrameView, ImageView};
 use crate::scene::Scene;
 use crate::transport::Received;
-use crate::transport::convert::frame_from_wire;
+use crate::transport::convert::RgbFrame;
 use crate::transport::wire::FrameHeader;
 
 /// What one incarnation works with.
@@ -19,7 +22,7 @@ struct Tools {
     depth_m: Vec<f32>,
 }
 
-pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorError> {
+pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<(), ActorError> {
     let detector = (args.detector)().map_err(|reason| ActorError::Part { reason })?;
     let mut tools = Tools { detector, depth_m: Vec::new() };
     let mut memory = args.checkpoint.load();
@@ -27,16 +30,18 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
     let mut rejection: Option<Rejection> = None;
     let mut deadline = Instant::now() + args.wait;
     loop {
-        let usable = |frame: Received<FrameHeader, u8>| match check(args, &frame) {
-            Ok(()) => Ok(frame),
-            Err(reason) => {
-                memory.rejected += 1;
-                rejection = Some(Rejection::unusable(&reason));
-                Err(reason)
-            }
+        let usable = |message: Received<FrameHeader, u8>| {
+            check(args, message).inspect_err(|reason| {
+                args.monitor.rejected(NAME, reason);
+                rejection = Some(Rejection::unusable(reason));
+            })
         };
         let frame = match timeout_at(deadline, ports.rgb.newest_of(usable)).await {
             Ok(frame) => frame?,
+            Err(_) if memory.is_paused(&mut ports)? => {
+                deadline = Instant::now() + args.wait;
+                continue;
+            }
             Err(_) => return Err(nothing_usable(args, rejection).into()),
         };
         if let Some(newer) = ports.depth.drain_newest()? {
@@ -45,20 +50,20 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
         if memory.last_frame == Some(frame.header().sequence) {
             continue; // a restarted camera shows the same frame again
         }
-        args.chaos.message("scene_parser");
+        args.monitor.message(NAME);
         memory.hear(&mut ports, &args.context)?;
         let parsed = tokio::task::block_in_place(|| {
             parse(args, &mut memory, &mut tools, &frame, depths.as_ref())
         });
         memory.last_frame = Some(frame.header().sequence);
-        memory.missed = ports.rgb.drops().missed;
+        args.monitor.missed(NAME, ports.rgb.drops().missed);
         match parsed {
             Ok(scene) => {
                 deadline = Instant::now() + args.wait;
                 ports.publish(args, &scene)?;
             }
             Err(rejected) => {
-                memory.reject(&rejected);
+                args.reject(&rejected);
                 rejection = Some(rejected);
             }
         }
@@ -67,22 +72,21 @@ pub(super) async fn serve(args: &Args, mut ports: Ports) -> Result<(), ActorErro
 }
 
 fn parse(
-    args: &Args,
-    memory: &mut Memory,
+    args: &SceneParserArgs,
+    memory: &mut SceneParserMemory,
     tools: &mut Tools,
-    frame: &Received<FrameHeader, u8>,
+    frame: &RgbFrame,
     depth: Option<&Received<FrameHeader, u8>>,
 ) -> Result<Scene, Rejection> {
     let started_ns = monotonic_ns();
     let header = frame.header();
-    let view = frame_from_wire(header, frame.records()).map_err(|e| Rejection::unusable(&e))?;
-    let (columns, rows) = (view.width as usize, view.height as usize);
-    let image = ImageView::new(columns, rows, view.rgb).map_err(|e| Rejection::unusable(&e))?;
+    let [columns, rows] = frame.size().map(|side| side as usize);
+    let image = ImageView::new(columns, rows, frame.rgb()).map_err(|e| Rejection::unusable(&e))?;
     let has_depth = read_depth(depth, header, &mut tools.depth_m);
     let depth = has_depth.then(|| DepthView::new(columns, rows, &tools.depth_m).ok()).flatten();
     let detections = tools.detector.detect(&image, &memory.phrases(&args.config))?;
     let seen = Seen {
-        view: FrameView { image: Some(image), depth, camera: view.model.as_ref() },
+        view: FrameView { image: Some(image), depth, camera: frame.model() },
         detections,
         detect_ns: monotonic_ns() - started_ns,
     };

@@ -10,10 +10,10 @@ mod thread;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::goal_parser::GOAL_PENDING;
-use super::{ActorError, Chaos, Checkpoint, Fatal};
+use super::pause::{Pace, Requests};
+use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::monotonic_ns;
-use crate::messages::{Command, RobotState, Status};
+use crate::messages::{Dispatch, GoalUpdate, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::grounders::GrounderError;
@@ -21,24 +21,28 @@ use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
 use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    WireContext, WireError, command_from_wire, depth_from_wire, frame_from_wire, goal_from_wire,
+    RgbFrame, WireContext, WireError, depth_from_wire, dispatch_from_wire, goal_from_wire,
     robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CAMERA_DEPTH, CAMERA_RGB, GOAL, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE, ROBOT_STATUS, SCENE,
+    CAMERA_DEPTH, CAMERA_RGB, CONTROL, DISPATCH, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
+    SCENE,
 };
 use crate::transport::wire::{
-    CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
-    TaskHeader,
+    ControlRecord, DeviceHeader, DispatchRecord, FrameHeader, Header, RobotStateRecord,
+    SceneRecord, StatusRecord, StreamHeader, TaskHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Record, Subscriber, TransportError};
+
+/// Its name in the supervision tree.
+const NAME: &str = "scene_parser";
 
 /// Makes a detector, or says why it cannot be made.
 pub type MakeDetector = Arc<dyn Fn() -> Result<Box<dyn Detector>, String> + Send + Sync>;
 
 /// What the actor is started with; shared by all its incarnations.
 #[expect(missing_debug_implementations, reason = "parts are known by their names only")]
-pub struct Args {
+pub struct SceneParserArgs {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
@@ -56,43 +60,42 @@ pub struct Args {
     /// How long a frame, or an answer of the detector, may be missing.
     pub wait: Duration,
     /// Memory that outlives the actor.
-    pub checkpoint: Checkpoint<Memory>,
+    pub checkpoint: Checkpoint<SceneParserMemory>,
     /// Panics on purpose.
-    pub chaos: Chaos,
+    pub monitor: Monitor,
 }
 
 /// Memory that outlives the actor.
 #[derive(Debug, Clone, Default)]
-pub struct Memory {
+pub struct SceneParserMemory {
     parser: SceneParser,
     cycle: u64,
     last_frame: Option<u64>,
-    last_command: Option<u64>,
+    last_dispatch: Option<u64>,
     last_status: Option<u64>,
     /// Frames that have come.
     n_frames: u64,
-    /// Commands and statuses that no frame has been parsed with yet, each with the number of frames
-    /// that had come.
-    commands: Vec<(u64, Command)>,
+    /// Dispatches and statuses that no frame has been parsed with yet, each with the number of
+    /// frames that had come.
+    dispatches: Vec<(u64, Dispatch)>,
     statuses: Vec<(u64, Status)>,
     robot: Option<RobotState>,
     /// Objects that the goal names, once there is a goal.
     named: Vec<Typed>,
     /// The scene of the frame that the detector answered last, while it works beside the loop.
-    carried: Option<Scene>,
-    /// Frames that were rejected.
-    pub rejected: u64,
-    /// Frames that were overtaken by newer ones.
-    pub missed: u64,
+    last_scene: Option<Scene>,
+    /// Whether the loop is paused.
+    requests: Requests,
 }
 
 struct Ports {
     rgb: Subscriber<FrameHeader, u8>,
     depth: Subscriber<FrameHeader, u8>,
     states: Subscriber<DeviceHeader, RobotStateRecord>,
-    commands: Subscriber<DeviceHeader, CommandRecord>,
+    dispatches: Subscriber<StreamHeader, DispatchRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
     goals: Subscriber<TaskHeader, u8>,
+    controls: Subscriber<DeviceHeader, ControlRecord>,
     scenes: Publisher<TaskHeader, SceneRecord>,
 }
 
@@ -128,15 +131,16 @@ impl From<GrounderError> for Rejection {
 /// # Errors
 /// [`Fatal::Missing`] when no frame comes for `wait`, or no answer of the detector; other
 /// [`ActorError`]s when the bus fails.
-pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let ports = Ports {
         rgb: bus.subscriber(&CAMERA_RGB, Depth::newest())?,
         depth: bus.subscriber(&CAMERA_DEPTH, Depth::newest())?,
         states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
-        commands: bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH))?,
+        dispatches: bus.subscriber(&DISPATCH, Depth::all(RELIABLE_DEPTH))?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
         goals: bus.subscriber(&GOAL, Depth::newest())?,
+        controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
         scenes: bus.publisher(&SCENE)?,
     };
     if args.beside {
@@ -148,7 +152,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
 
 /// Nothing usable came in time: the camera or the detector is missing, or says what cannot be
 /// used.
-fn nothing_usable(args: &Args, rejection: Option<Rejection>) -> Fatal {
+fn nothing_usable(args: &SceneParserArgs, rejection: Option<Rejection>) -> Fatal {
     let seconds = args.wait.as_secs_f64();
     match rejection {
         Some(Rejection { reason, is_missing: true }) => Fatal::Missing {
@@ -171,14 +175,14 @@ fn nothing_usable(args: &Args, rejection: Option<Rejection>) -> Fatal {
     }
 }
 
-/// Whether a frame can be worked on; why, if not.
-fn check(args: &Args, frame: &Received<FrameHeader, u8>) -> Result<(), String> {
-    let view = frame_from_wire(frame.header(), frame.records()).map_err(|e| e.to_string())?;
-    let [width, height] = args.image_size;
-    if (view.width, view.height) == (width, height) {
-        return Ok(());
+/// A frame that can be worked on; why not, otherwise.
+fn check(args: &SceneParserArgs, message: Received<FrameHeader, u8>) -> Result<RgbFrame, String> {
+    let frame = RgbFrame::read(message).map_err(|e| e.to_string())?;
+    let ([width, height], got) = (args.image_size, frame.size());
+    if got == args.image_size {
+        return Ok(frame);
     }
-    let got = format!("{}x{}", view.width, view.height);
+    let got = format!("{}x{}", got[0], got[1]);
     Err(format!("the labelled examples are {width}x{height} pixels, the frame is {got}"))
 }
 
@@ -205,7 +209,7 @@ struct Heard {
     /// What the robot said last before the frame.
     robot: Option<RobotState>,
     /// What was said since the last frame that was parsed.
-    commands: Vec<Command>,
+    dispatches: Vec<Dispatch>,
     statuses: Vec<Status>,
     /// How many frames had come with it: what was said until then belongs to it.
     n_frames: u64,
@@ -233,7 +237,7 @@ impl From<&FrameHeader> for FrameStamp {
     }
 }
 
-impl Memory {
+impl SceneParserMemory {
     /// What the detector is asked for beside the domain's types: what the goal names and nobody has
     /// seen.
     fn phrases(&self, config: &ParserConfig) -> Vec<String> {
@@ -242,16 +246,16 @@ impl Memory {
 
     /// What belongs to the frame that has just come.
     fn heard(&self, frame: FrameStamp) -> Heard {
-        let commands = self.commands.iter().map(|(_, command)| command.clone()).collect();
+        let dispatches = self.dispatches.iter().map(|(_, dispatch)| dispatch.clone()).collect();
         let statuses = self.statuses.iter().map(|(_, status)| status.clone()).collect();
-        Heard { frame, robot: self.robot, commands, statuses, n_frames: self.n_frames }
+        Heard { frame, robot: self.robot, dispatches, statuses, n_frames: self.n_frames }
     }
 
     /// A frame has become a scene: gives it its number, and forgets what belonged to it.
     fn parsed(&mut self, scene: &mut Scene, n_frames: u64) {
         scene.cause.cycle = self.cycle;
         self.cycle += 1;
-        self.commands.retain(|(n, _)| *n > n_frames);
+        self.dispatches.retain(|(n, _)| *n > n_frames);
         self.statuses.retain(|(n, _)| *n > n_frames);
     }
 
@@ -261,16 +265,15 @@ impl Memory {
         self.n_frames += 1;
         let n_frames = self.n_frames;
         while let Some(message) = ports.goals.poll_next()? {
-            if message.header().verdict == GOAL_PENDING {
-                continue;
-            }
             match goal_from_wire(message.header(), message.records(), context) {
-                Ok(goal) => self.named = goal.named,
+                Ok(GoalUpdate::Known(goal)) => self.named = goal.named,
+                Ok(GoalUpdate::Pending { .. }) => {}
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }
-        let commands = fresh(&mut ports.commands, &mut self.last_command, command_from_wire)?;
-        self.commands.extend(commands.into_iter().map(|command| (n_frames, command)));
+        let read = |header: &_, records: &[_]| dispatch_from_wire(header, records, context);
+        let dispatches = fresh(&mut ports.dispatches, &mut self.last_dispatch, read)?;
+        self.dispatches.extend(dispatches.into_iter().map(|dispatch| (n_frames, dispatch)));
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         self.statuses.extend(statuses.into_iter().map(|status| (n_frames, status)));
         let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
@@ -278,9 +281,17 @@ impl Memory {
         Ok(())
     }
 
+    /// Whether frames may be missing because the loop is, or was just now, told to pause.
+    fn is_paused(&mut self, ports: &mut Ports) -> Result<bool, TransportError> {
+        let (_, any) = self.requests.drain(&mut ports.controls)?;
+        Ok(any || self.requests.pace != Pace::Free)
+    }
+}
+
+impl SceneParserArgs {
     /// Counts a frame that came to nothing, and says why.
-    fn reject(&mut self, rejection: &Rejection) {
-        self.rejected += 1;
+    fn reject(&self, rejection: &Rejection) {
+        self.monitor.rejected(NAME, &rejection.reason);
         tracing::warn!(reason = rejection.reason, "frame rejected");
     }
 }
@@ -298,7 +309,7 @@ fn scene_of(
         cause: FrameRef { cycle: 0, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
         view: seen.view,
         robot: heard.robot.as_ref(),
-        commands: &heard.commands,
+        dispatches: &heard.dispatches,
         statuses: &heard.statuses,
     };
     let mut scene = parser.parse(config, &context, seen.detections)?;
@@ -309,28 +320,29 @@ fn scene_of(
 }
 
 impl Ports {
-    fn publish(&self, args: &Args, scene: &Scene) -> Result<(), ActorError> {
+    fn publish(&self, args: &SceneParserArgs, scene: &Scene) -> Result<(), ActorError> {
         let (header, records) = scene_to_wire(scene, &args.context)?;
         Ok(self.scenes.publish(header, &records)?)
     }
 }
 
-/// All waiting messages of a reliable topic that were not handled before: after a restart, the
-/// topic's history comes again. What does not convert is reported and left out.
-pub(super) fn fresh<R: Record, T>(
-    inbox: &mut Subscriber<DeviceHeader, R>,
+/// All waiting messages of a stream that were not handled before: after a restart, the topic's
+/// history comes again. What does not convert is reported and left out.
+pub(super) fn fresh<H: Header, R: Record, T>(
+    subscriber: &mut Subscriber<H, R>,
     last: &mut Option<u64>,
-    convert: fn(&DeviceHeader, &[R]) -> Result<T, WireError>,
+    convert: impl Fn(&H, &[R]) -> Result<T, WireError>,
 ) -> Result<Vec<T>, TransportError> {
     let mut messages = Vec::new();
-    while let Some(message) = inbox.poll_next()? {
-        let sequence = message.header().sequence;
-        if last.is_none_or(|last| last < sequence) {
-            *last = Some(sequence);
-            match convert(message.header(), message.records()) {
-                Ok(message) => messages.push(message),
-                Err(error) => tracing::warn!(%error, "device message"),
+    while let Some(message) = subscriber.poll_next()? {
+        let sequence = message.header().sequence();
+        match convert(message.header(), message.records()) {
+            Ok(_) if last.is_some_and(|last| sequence <= last) => {}
+            Ok(message) => {
+                *last = Some(sequence);
+                messages.push(message);
             }
+            Err(error) => tracing::warn!(topic = subscriber.topic(), %error, "rejected"),
         }
     }
     Ok(messages)

@@ -245,7 +245,7 @@ mod tests {
             heard: Heard {
                 frame: FrameStamp { sequence, capture_ns: 100 * sequence, send_ns: 0 },
                 robot: None,
-                commands: Vec::new(),
+                dispatches: Vec::new(),
                 statuses: Vec::new(),
                 n_frames: sequence,
             },

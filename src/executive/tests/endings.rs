@@ -208,7 +208,10 @@ fn failures_are_bounded_and_the_worst_step_is_named() {
     let mut episode = Episode::new();
     episode.config.limits.failures_max = 2;
     for text in [PICK, "pick_up blue_block arm", PICK] {
-        assert_eq!(started(&episode.plan(&[text]).cycle()), Some(step(text).to_string().as_str()));
+        assert_eq!(
+            started(&episode.plan(&[text]).cycle()).as_deref(),
+            Some(step(text).to_string().as_str())
+        );
         episode.plan = PlanVerdict::Missing { objects: Vec::new() }; // nothing new is started
         let ended = episode.hear(&slipped()).verdict;
         assert_eq!(ended.is_some(), episode.executive.counts.skills_failed == 3);
@@ -305,8 +308,8 @@ fn a_stop_from_outside_holds_the_robot_and_says_so() {
         assert_eq!(decision.command.kind, CommandKind::Hold);
         assert_eq!((decision.command.id, decision.command.frame_sequence), (1, 9));
         assert_eq!(
-            (decision.command.capture_ns, decision.command.label.as_str()),
-            (77, "(pick_up red_block arm)")
+            (decision.command.capture_ns, decision.command.step.unwrap().to_string()),
+            (77, "(pick_up red_block arm)".to_owned())
         );
         let verdict = decision.verdict.unwrap();
         assert_eq!((verdict.word(), verdict.exit_code()), ("stopped", code));

@@ -187,7 +187,11 @@ impl Episode {
     #[track_caller]
     fn start(&mut self, text: &str) {
         let decision = self.plan(&[text]).cycle();
-        assert_eq!(started(&decision), Some(step(text).to_string().as_str()), "{decision:?}");
+        assert_eq!(
+            started(&decision).as_deref(),
+            Some(step(text).to_string().as_str()),
+            "{decision:?}"
+        );
     }
 
     /// Cycles until the episode ends, within `cycles_max` cycles; returns how many it took.
@@ -199,8 +203,12 @@ impl Episode {
 }
 
 /// The step that a decision starts.
-fn started(decision: &Decision) -> Option<&str> {
-    matches!(decision.command.kind, CommandKind::Start(_)).then_some(&decision.command.label)
+fn started(decision: &Decision) -> Option<String> {
+    let started = decision.dispatch.as_ref()?;
+    assert!(matches!(decision.command.kind, CommandKind::Start(_)));
+    assert_eq!(decision.command.step.as_ref(), Some(&started.step));
+    assert_eq!(decision.command.id, started.command_id);
+    Some(started.step.to_string())
 }
 
 /// Why a decision waits, does not trust, or breaks off.

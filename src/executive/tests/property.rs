@@ -108,15 +108,15 @@ fn run(events: &[Event]) -> Result<u32, TestCaseError> {
         busy &= event.statuses.iter().all(|kind| *kind == StatusKind::Accepted);
         let last_id = episode.executive.last_command_id;
         let decision = episode.hear(&event.statuses);
-        if let Some(label) = started(&decision) {
+        if let Some(step) = started(&decision) {
             let PlanVerdict::Plan { steps, .. } = &episode.plan else {
                 return Err(TestCaseError::fail("started without a plan"));
             };
-            prop_assert_eq!(label, steps[0].to_string());
+            prop_assert_eq!(&step, &steps[0].to_string());
             prop_assert_eq!(precondition(&episode, &steps[0]), Truth::True);
             prop_assert_eq!(event.unsettled, 0);
             prop_assert!(event.age_ms <= episode.config.limits.state_age_ms_max);
-            prop_assert!(!busy, "{} starts while another step runs", label);
+            prop_assert!(!busy, "{} starts while another step runs", step);
             prop_assert_eq!(decision.command.id, last_id + 1);
             busy = true;
             n_started += 1;

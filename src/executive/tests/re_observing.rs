@@ -78,7 +78,9 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
     for n in 1..=12 {
         let decision = episode.cycle();
         if let Some(goal) = goal_of(&decision) {
-            assert_eq!(decision.command.label, format!("look from view {}", goals.len() + 1));
+            assert_eq!((&decision.command.step, &decision.dispatch), (&None, &None));
+            let view = format!("look from view {}: ", goals.len() + 1);
+            assert!(reasons(&decision).iter().any(|reason| reason.starts_with(&view)));
             goals.push(goal);
             let waiting = episode.hear(&[StatusKind::Accepted]);
             assert_eq!(waiting.command.kind, CommandKind::Continue, "until it is there");

@@ -3,6 +3,7 @@
 use groundloop_sim::FaultAction;
 
 use crate::hardware::FaultConfig;
+use crate::pddl::Step;
 
 /// The disturbances that have not happened yet.
 #[derive(Debug, Clone, Default)]
@@ -20,7 +21,7 @@ struct Scheduled {
 enum Trigger {
     /// At this simulated time, nanoseconds.
     At(u64),
-    /// A while after the `left`-th start of a step whose label fits.
+    /// A while after the `left`-th start of a step that fits.
     During { pattern: String, left: u32, after_ns: u64 },
 }
 
@@ -45,10 +46,10 @@ impl FaultSchedule {
     }
 
     /// Takes note that a step has started.
-    pub(super) fn started(&mut self, label: &str, now_ns: u64) {
+    pub(super) fn started(&mut self, step: &Step, now_ns: u64) {
         for fault in &mut self.waiting {
             if let Trigger::During { pattern, left, after_ns } = &mut fault.trigger
-                && fits(pattern, label)
+                && fits(pattern, step)
             {
                 *left = left.saturating_sub(1);
                 if *left == 0 {
@@ -68,8 +69,7 @@ impl FaultSchedule {
     }
 }
 
-/// Whether a pattern is the label, or its first word: `stack` fits `(stack a b arm)`.
-fn fits(pattern: &str, label: &str) -> bool {
-    let inner = label.trim_matches(['(', ')']);
-    pattern == label || inner.split_whitespace().next() == Some(pattern)
+/// Whether a pattern is the step, or its action: `stack` fits `(stack a b arm)`.
+fn fits(pattern: &str, step: &Step) -> bool {
+    pattern == step.action.as_str() || pattern == step.to_string()
 }

@@ -176,8 +176,11 @@ impl Hardware {
 
     fn obey(&mut self, command: &Command) {
         let said = self.sequencer.accept(command.id, &command.kind, &mut SimArm(&mut self.world));
-        if matches!(command.kind, CommandKind::Start(_)) && said == Some(StatusKind::Accepted) {
-            self.faults.started(&command.label, self.world.time_ns());
+        if matches!(command.kind, CommandKind::Start(_))
+            && said == Some(StatusKind::Accepted)
+            && let Some(step) = &command.step
+        {
+            self.faults.started(step, self.world.time_ns());
         }
         if let Some(kind) = said {
             self.say(command.id, kind);

@@ -7,7 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::logic::{Changes, Truth};
+use crate::logic::Truth;
+use crate::messages::Effects;
 use crate::pddl::{Atom, Name};
 use crate::perception::grounders::Basis;
 use crate::scene::{Anomaly, Origin};
@@ -74,7 +75,7 @@ impl Belief {
         readings: &BTreeMap<Atom, Reading>,
         frozen: &Frozen,
         lost: &BTreeSet<Name>,
-        predicted: Option<&Changes>,
+        predicted: Option<&Effects>,
         confirm_frames: u32,
     ) -> u32 {
         for atom in readings.keys() {
@@ -90,7 +91,7 @@ impl Belief {
         let mut unsettled = 0;
         for (atom, entry) in &mut self.entries {
             let reading = readings.get(atom);
-            let expected = predicted.and_then(|changes| prediction(changes, atom));
+            let expected = predicted.and_then(|effects| effects.truth(atom));
             entry.read(reading);
             if frozen.holds_back(atom) {
                 continue;
@@ -160,14 +161,5 @@ impl Entry {
     fn believe(&mut self, truth: Truth, origin: Origin) {
         self.confirmed = truth;
         self.origin = origin;
-    }
-}
-
-/// What a step's changes say of an atom. An atom that is added stays, even if it is deleted too.
-fn prediction(changes: &Changes, atom: &Atom) -> Option<Truth> {
-    if changes.add.contains(atom) {
-        Some(Truth::True)
-    } else {
-        changes.delete.contains(atom).then_some(Truth::False)
     }
 }

@@ -17,7 +17,7 @@ use serde::Deserialize;
 use super::grounders::Grounder;
 use super::model::Perception;
 use super::{FrameView, Pipeline};
-use crate::messages::{Command, RobotState, Status};
+use crate::messages::{Dispatch, RobotState, Status};
 use crate::pddl::{Axiom, Domain};
 use crate::scene::FrameRef;
 use crate::skills::SkillMap;
@@ -77,8 +77,8 @@ pub struct FrameContext<'a> {
     pub view: FrameView<'a>,
     /// The newest robot state, where there is a robot.
     pub robot: Option<&'a RobotState>,
-    /// Commands sent to the robot since the last frame.
-    pub commands: &'a [Command],
+    /// Steps that the robot was told to carry out since the last frame.
+    pub dispatches: &'a [Dispatch],
     /// What the robot has said since the last frame.
     pub statuses: &'a [Status],
 }

@@ -7,9 +7,9 @@ use super::occlusion::hull_in_image;
 use super::tracker::{Renamed, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
-use crate::logic::{Changes, Facts, Universe, bind, effects};
-use crate::messages::{CommandKind, StatusKind};
-use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_plan};
+use crate::logic::Facts;
+use crate::messages::{Effects, StatusKind};
+use crate::pddl::{Atom, Name, Typed};
 use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
 use crate::perception::{Detection, Detections, Grip, Observation};
@@ -26,12 +26,12 @@ pub struct SceneParser {
     confirmed: Facts,
 }
 
-/// The step that the robot carries out, as the commands on the bus tell it.
+/// The step that the robot carries out, as the executor tells it.
 #[derive(Debug, Clone)]
 struct RunningStep {
     command_id: u64,
     carried: Option<Name>,
-    changes: Changes,
+    effects: Effects,
 }
 
 impl Default for SceneParser {
@@ -125,37 +125,24 @@ impl SceneParser {
 
     /// Takes note of a step that the robot was told to carry out.
     fn start_steps(&mut self, config: &ParserConfig, context: &FrameContext<'_>) {
-        for command in context.commands {
-            if !matches!(command.kind, CommandKind::Start(_)) {
-                continue;
-            }
-            let Some(step) = step_of(&command.label) else { continue };
+        for dispatch in context.dispatches {
             self.running = Some(RunningStep {
-                command_id: command.id,
-                carried: config.skills.carried(&step),
-                changes: self.changes(config, &step).unwrap_or_default(),
+                command_id: dispatch.command_id,
+                carried: config.skills.carried(&dispatch.step),
+                effects: dispatch.effects.clone(),
             });
         }
     }
 
     /// Takes note of the running step's end; returns what it predicts when it was carried out.
-    fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Changes> {
+    fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Effects> {
         let id = self.running.as_ref()?.command_id;
         let ending = context
             .statuses
             .iter()
             .find(|s| s.command_id == id && s.kind != StatusKind::Accepted)?;
         let running = self.running.take()?;
-        (ending.kind == StatusKind::Done).then_some(running.changes)
-    }
-
-    fn changes(&self, config: &ParserConfig, step: &Step) -> Option<Changes> {
-        let action = config.domain.action(step.action.as_str())?;
-        let bindings = bind(action, &step.args)?;
-        let objects: Vec<Typed> =
-            self.objects(config).into_iter().map(|o| Typed::new(o.name, o.type_name)).collect();
-        let universe = Universe { types: &config.domain.types, objects: &objects };
-        Some(effects(action, &bindings, &universe, &|atom| self.confirmed.truth(atom)))
+        (ending.kind == StatusKind::Done).then_some(running.effects)
     }
 
     /// Where the robot, or what it holds, may hide something.
@@ -218,9 +205,9 @@ impl SceneParser {
 
     fn frozen(&self) -> Frozen {
         let Some(running) = &self.running else { return Frozen::default() };
-        let changes = &running.changes;
+        let effects = &running.effects;
         Frozen {
-            atoms: changes.add.union(&changes.delete).cloned().collect(),
+            atoms: effects.add.union(&effects.delete).cloned().collect(),
             carried: running.carried.clone(),
         }
     }
@@ -328,10 +315,4 @@ impl SceneParser {
 struct OwnFacts {
     raw: Facts,
     confirmed: Facts,
-}
-
-/// The step that a command's label names; `None` when it names none.
-fn step_of(label: &str) -> Option<Step> {
-    let source = SourceText { name: "command".to_owned(), text: label.to_owned() };
-    parse_plan(&source).ok()?.into_iter().next()
 }

@@ -2,12 +2,14 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
+use super::plan::{any_step_from_wire, step_to_wire};
 use super::text::{text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
 use crate::geometry::{CameraModel, Intrinsics};
 use crate::messages::{
     Command, CommandKind, Expect, Frame, Motion, RobotState, Status, StatusKind, Waypoint,
 };
+use crate::transport::Received;
 use crate::transport::wire::{
     CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, SCHEMA, StatusRecord,
     WAYPOINTS_MAX, WaypointRecord,
@@ -71,6 +73,46 @@ pub fn frame_from_wire<'a>(
     check_size(header, ENCODING_RGB8, 3, payload)?;
     let (width, height) = (header.width, header.height);
     Ok(FrameView { width, height, rgb: payload, model: model_from_wire(header)? })
+}
+
+/// An RGB frame that has been checked, once; its pixels stay in shared memory.
+#[derive(Debug)]
+pub struct RgbFrame {
+    message: Received<FrameHeader, u8>,
+    header: FrameHeader,
+    model: Option<CameraModel>,
+}
+
+impl RgbFrame {
+    /// Checks a received frame.
+    ///
+    /// # Errors
+    /// As for [`frame_from_wire`].
+    pub fn read(message: Received<FrameHeader, u8>) -> Result<Self, WireError> {
+        let header = *message.header();
+        let model = frame_from_wire(&header, message.records())?.model;
+        Ok(Self { message, header, model })
+    }
+
+    /// Its header.
+    pub fn header(&self) -> &FrameHeader {
+        &self.header
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> [u32; 2] {
+        [self.header.width, self.header.height]
+    }
+
+    /// Packed RGB8, row by row.
+    pub fn rgb(&self) -> &[u8] {
+        self.message.records()
+    }
+
+    /// Intrinsics and pose, where both are known.
+    pub fn model(&self) -> Option<&CameraModel> {
+        self.model.as_ref()
+    }
 }
 
 /// Checks a depth frame and writes it into `depth_m`, `width * height` values; values that are not
@@ -186,7 +228,7 @@ pub fn robot_state_from_wire(
 /// Writes a command.
 ///
 /// # Errors
-/// [`WireError`] when the motion has too many waypoints.
+/// [`WireError`] when the motion has too many waypoints, or the step a name that is too long.
 pub fn command_to_wire(command: &Command) -> Result<CommandRecord, WireError> {
     let (kind, motion) = match &command.kind {
         CommandKind::Continue => (0, None),
@@ -204,7 +246,8 @@ pub fn command_to_wire(command: &Command) -> Result<CommandRecord, WireError> {
         n_waypoints: u32::try_from(waypoints.len()).unwrap_or(u32::MAX),
         command_id: command.id,
         frame_sequence: command.frame_sequence,
-        label: text_to_wire(&command.label),
+        has_step: u32::from(command.step.is_some()),
+        step: command.step.as_ref().map(step_to_wire).transpose()?.unwrap_or_default(),
         ..CommandRecord::default()
     };
     for (to, from) in record.waypoints.iter_mut().zip(waypoints) {
@@ -246,12 +289,13 @@ pub fn command_from_wire(
         3 => CommandKind::Hold,
         other => return Err(WireError::new("command kind", "0 to 3", other)),
     };
+    let has_step = flag("has_step", record.has_step)?;
     Ok(Command {
         id: record.command_id,
         frame_sequence: record.frame_sequence,
         capture_ns: header.capture_ns,
         kind,
-        label: text_from_wire("label", &record.label)?.to_owned(),
+        step: has_step.then(|| any_step_from_wire(&record.step)).transpose()?,
     })
 }
 

@@ -1,7 +1,10 @@
 //! Wire ↔ core. Whatever comes from shared memory is checked here, once, and never trusted before.
 
 mod device;
+mod dispatch;
+mod loop_state;
 mod plan;
+mod report;
 mod task;
 mod text;
 #[cfg(test)]
@@ -12,11 +15,19 @@ use std::fmt::Display;
 use thiserror::Error;
 
 pub use device::{
-    FrameView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes, device_header,
-    frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire, status_from_wire,
-    status_to_wire,
+    FrameView, RgbFrame, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
+    device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
+    status_from_wire, status_to_wire,
+};
+pub use dispatch::{dispatch_from_wire, dispatch_to_wire};
+pub use loop_state::{
+    control_from_wire, control_to_wire, decision_from_wire, decision_to_wire, health_from_wire,
+    health_to_wire,
 };
 pub use plan::{plan_from_wire, plan_to_wire};
+pub use report::{
+    end_from_wire, end_to_wire, event_from_wire, event_to_wire, run_from_wire, run_to_wire,
+};
 pub use task::{
     WireContext, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
     scene_to_wire,

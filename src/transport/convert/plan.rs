@@ -125,7 +125,11 @@ pub(super) fn step_to_wire(step: &Step) -> Result<StepRecord, WireError> {
 }
 
 /// A name with its arguments: a step, or a fact.
-fn call_to_wire(field: &'static str, name: &Name, args: &[Name]) -> Result<StepRecord, WireError> {
+pub(super) fn call_to_wire(
+    field: &'static str,
+    name: &Name,
+    args: &[Name],
+) -> Result<StepRecord, WireError> {
     if args.len() > ARGS_MAX {
         return Err(WireError::new(field, ARGS_MAX, args.len()));
     }
@@ -137,7 +141,10 @@ fn call_to_wire(field: &'static str, name: &Name, args: &[Name]) -> Result<StepR
     Ok(StepRecord { action: name_to_wire(name)?, n_args, reserved: 0, args: texts })
 }
 
-fn fact_from_wire(record: &StepRecord, context: &WireContext) -> Result<Atom, WireError> {
+pub(super) fn fact_from_wire(
+    record: &StepRecord,
+    context: &WireContext,
+) -> Result<Atom, WireError> {
     let name = name_from_wire("predicate", &record.action)?;
     let known = context.domain.predicates.iter().find(|p| p.name == name);
     let known = known.ok_or_else(|| WireError::new("predicate", "one of the domain", &name))?;
@@ -155,6 +162,13 @@ fn args_from_wire(
         return Err(WireError::new(field, n_args, record.n_args));
     }
     record.args.iter().take(n_args).map(|arg| name_from_wire("argument", arg)).collect()
+}
+
+/// A step of whatever domain: devices know none.
+pub(super) fn any_step_from_wire(record: &StepRecord) -> Result<Step, WireError> {
+    let action = name_from_wire("action", &record.action)?;
+    let n_args = (record.n_args as usize).min(ARGS_MAX);
+    Ok(Step { action, args: args_from_wire("step arguments", record, n_args)? })
 }
 
 pub(super) fn step_from_wire(

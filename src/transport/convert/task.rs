@@ -7,13 +7,19 @@ use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, finite, flag, single};
 use crate::geometry::{Aabb, PixelBox};
 use crate::logic::Truth;
-use crate::messages::{GoalMessage, StepOutcome};
+use crate::messages::{GoalMessage, GoalUpdate, StepOutcome};
 use crate::pddl::{self, Atom, Domain, Name, SourceText, Typed};
 use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
-use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, TaskHeader};
+use crate::transport::wire::{
+    ARGS_MAX, NameText, OutcomeRecord, SCHEMA, SceneRecord, StreamHeader, TaskHeader,
+};
 
 /// Most records of one scene.
 const SCENE_RECORDS_MAX: usize = 65_536;
+/// `TaskHeader::verdict` of a goal.
+const GOAL_KNOWN: u32 = 0;
+/// `TaskHeader::verdict` of "not yet".
+const GOAL_PENDING: u32 = 1;
 /// Longest goal, in bytes of PDDL.
 const GOAL_BYTES_MAX: usize = 1 << 20;
 
@@ -53,20 +59,48 @@ impl WireContext {
     }
 
     pub(super) fn check(&self, header: &TaskHeader) -> Result<FrameRef, WireError> {
-        if header.domain_hash != self.domain_hash {
-            let (expected, got) = (self.domain_hash, header.domain_hash);
-            let hex = |hash| format!("{hash:016x}");
-            return Err(WireError::new("domain_hash", hex(expected), hex(got)));
-        }
-        if header.run_id != self.run_id {
-            return Err(WireError::new("run_id", self.run_id, header.run_id));
-        }
+        self.is_ours(header.run_id, header.domain_hash)?;
         Ok(FrameRef {
             cycle: header.cycle,
             frame_sequence: header.frame_sequence,
             capture_ns: header.capture_ns,
             frame_send_ns: header.frame_send_ns,
         })
+    }
+
+    pub(super) fn stream_header(&self, sequence: u64, cause: &FrameRef) -> StreamHeader {
+        StreamHeader {
+            schema: SCHEMA,
+            run_id: self.run_id,
+            domain_hash: self.domain_hash,
+            sequence,
+            cycle: cause.cycle,
+            frame_sequence: cause.frame_sequence,
+            capture_ns: cause.capture_ns,
+            frame_send_ns: cause.frame_send_ns,
+            ..StreamHeader::default()
+        }
+    }
+
+    pub(super) fn check_stream(&self, header: &StreamHeader) -> Result<FrameRef, WireError> {
+        self.is_ours(header.run_id, header.domain_hash)?;
+        Ok(FrameRef {
+            cycle: header.cycle,
+            frame_sequence: header.frame_sequence,
+            capture_ns: header.capture_ns,
+            frame_send_ns: header.frame_send_ns,
+        })
+    }
+
+    fn is_ours(&self, run_id: u64, domain_hash: u64) -> Result<(), WireError> {
+        if domain_hash != self.domain_hash {
+            let hex = |hash| format!("{hash:016x}");
+            return Err(WireError::new("domain_hash", hex(self.domain_hash), hex(domain_hash)));
+        }
+        if run_id != self.run_id {
+            return Err(WireError::new("run_id", self.run_id, run_id));
+        }
+        Ok(())
     }
 }
 
@@ -349,8 +383,17 @@ pub fn outcome_from_wire(
     })
 }
 
-/// Writes the goal: as a PDDL problem without facts, whose objects are those that the goal names.
-pub fn goal_to_wire(goal: &GoalMessage, context: &WireContext) -> (TaskHeader, Vec<u8>) {
+/// Writes what is known of the goal: as a PDDL problem without facts, whose objects are those that
+/// the goal names; nothing while it is not known.
+pub fn goal_to_wire(update: &GoalUpdate, context: &WireContext) -> (TaskHeader, Vec<u8>) {
+    let goal = match update {
+        GoalUpdate::Known(goal) => goal,
+        GoalUpdate::Pending { cycle } => {
+            let cause = FrameRef { cycle: *cycle, ..FrameRef::default() };
+            let header = TaskHeader { verdict: GOAL_PENDING, ..context.header(&cause) };
+            return (header, Vec::new());
+        }
+    };
     let problem = pddl::Problem {
         name: "goal".into(),
         domain: context.domain.name.clone(),
@@ -364,7 +407,7 @@ pub fn goal_to_wire(goal: &GoalMessage, context: &WireContext) -> (TaskHeader, V
     (context.header(&FrameRef::default()), text.into_bytes())
 }
 
-/// Checks the goal.
+/// Checks what is known of the goal.
 ///
 /// # Errors
 /// [`WireError`] naming the field; a goal that does not parse carries the parser's message.
@@ -372,8 +415,13 @@ pub fn goal_from_wire(
     header: &TaskHeader,
     payload: &[u8],
     context: &WireContext,
-) -> Result<GoalMessage, WireError> {
-    context.check(header)?;
+) -> Result<GoalUpdate, WireError> {
+    let cause = context.check(header)?;
+    match header.verdict {
+        GOAL_KNOWN => {}
+        GOAL_PENDING => return Ok(GoalUpdate::Pending { cycle: cause.cycle }),
+        other => return Err(WireError::new("goal verdict", "0 or 1", other)),
+    }
     if payload.len() > GOAL_BYTES_MAX {
         return Err(WireError::new("goal", format!("{GOAL_BYTES_MAX} bytes"), payload.len()));
     }
@@ -382,5 +430,5 @@ pub fn goal_from_wire(
     let parsed = pddl::parse_problem(&source, &context.domain)
         .map_err(|e| WireError::new("goal", "a PDDL goal", e.render()))?;
     let named: Vec<Typed> = parsed.value.objects;
-    Ok(GoalMessage { goal: parsed.value.goal, named })
+    Ok(GoalUpdate::Known(GoalMessage { goal: parsed.value.goal, named }))
 }

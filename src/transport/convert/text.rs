@@ -21,12 +21,17 @@ pub(super) fn name_to_wire(name: &Name) -> Result<NameText, WireError> {
 /// Reads a name: no white space, parentheses, or control characters; not empty.
 pub(super) fn name_from_wire(field: &'static str, text: &NameText) -> Result<Name, WireError> {
     let name = text_from_wire(field, &text.bytes)?;
-    let is_plain =
-        |c: char| !c.is_whitespace() && !c.is_control() && !matches!(c, '(' | ')' | ';' | '?');
-    if name.is_empty() || !name.chars().all(is_plain) {
+    if !is_pddl_name(name) {
         return Err(WireError::new(field, "a PDDL name", format!("{name:?}")));
     }
     Ok(Name::new(name))
+}
+
+/// Whether a text can be a name in PDDL.
+pub(super) fn is_pddl_name(name: &str) -> bool {
+    let is_plain =
+        |c: char| !c.is_whitespace() && !c.is_control() && !matches!(c, '(' | ')' | ';' | '?');
+    !name.is_empty() && name.chars().all(is_plain)
 }
 
 /// Writes a text, cutting it at a character's border where it is too long.

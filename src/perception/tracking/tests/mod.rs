@@ -10,10 +10,12 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 
 use super::*;
+use crate::executive::predicted_effects;
 use crate::geometry::{CameraModel, Intrinsics, MaskRun, PixelBox};
 use crate::logic::Truth;
-use crate::messages::{CommandKind, Motion, StatusKind};
+use crate::messages::StatusKind;
 use crate::pddl::Atom;
+use crate::pddl::{SourceText, parse_plan};
 use crate::perception::grounders::{Basis, Evidence, GrounderError, Grounding, Judged};
 use crate::perception::model::ObjectBox;
 use crate::perception::{DepthView, Detection, Detections, Observation, PhraseBox};
@@ -101,7 +103,9 @@ struct Eyes {
     config: ParserConfig,
     parser: SceneParser,
     robot: RobotState,
-    commands: Vec<Command>,
+    dispatches: Vec<Dispatch>,
+    /// The last scene: what a step changes depends on it.
+    last: Scene,
     statuses: Vec<Status>,
     /// Where the goal's phrases are in the next frame.
     phrases: Vec<PhraseBox>,
@@ -132,7 +136,8 @@ impl Eyes {
             config,
             parser: SceneParser::default(),
             robot: robot(),
-            commands: Vec::new(),
+            dispatches: Vec::new(),
+            last: Scene::default(),
             statuses: Vec::new(),
             phrases: Vec::new(),
             n_frames: 0,
@@ -149,8 +154,8 @@ impl Eyes {
             capture_ns: self.n_frames * 100,
             frame_send_ns: 0,
         };
-        let (commands, statuses) =
-            (std::mem::take(&mut self.commands), std::mem::take(&mut self.statuses));
+        let (dispatches, statuses) =
+            (std::mem::take(&mut self.dispatches), std::mem::take(&mut self.statuses));
         let model = camera();
         let context = FrameContext {
             cause,
@@ -160,12 +165,13 @@ impl Eyes {
                 camera: Some(&model),
             },
             robot: Some(&self.robot),
-            commands: &commands,
+            dispatches: &dispatches,
             statuses: &statuses,
         };
         let phrases = std::mem::take(&mut self.phrases);
         let detections = Detections { objects: detections.to_vec(), phrases };
-        self.parser.parse(&self.config, &context, detections).unwrap()
+        self.last = self.parser.parse(&self.config, &context, detections).unwrap();
+        self.last.clone()
     }
 
     /// The last of some frames that all look the same.
@@ -175,14 +181,13 @@ impl Eyes {
     }
 
     /// With the next frame, the robot is told to carry out a step.
-    fn start(&mut self, label: &str) {
-        self.commands.push(Command {
-            id: 1,
-            frame_sequence: self.n_frames,
-            capture_ns: 0,
-            kind: CommandKind::Start(Motion::default()),
-            label: label.to_owned(),
-        });
+    fn start(&mut self, step: &str) {
+        let source = SourceText { name: "step".to_owned(), text: step.to_owned() };
+        let step = parse_plan(&source).unwrap().remove(0);
+        let (objects, facts) = (self.last.typed_objects(), self.last.confirmed());
+        let effects = predicted_effects(&self.config.domain, &objects, &facts, &step);
+        let cause = self.last.cause;
+        self.dispatches.push(Dispatch { sequence: 0, cause, command_id: 1, step, effects });
     }
 
     /// With the next frame, the robot says how the step ended.

@@ -1,6 +1,7 @@
 //! What is written is read back; what does not fit is rejected by the name of its field.
 
 mod rejections;
+mod reports;
 
 use std::path::Path;
 
@@ -11,15 +12,16 @@ use super::*;
 use crate::geometry::{Aabb, CameraModel, Intrinsics, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{
-    Command, CommandKind, Expect, Frame, GoalMessage, Motion, PlanMessage, PlanVerdict, RobotState,
-    Rung, Spent, Status, StatusKind, StepOutcome, Waypoint,
+    Command, CommandKind, Dispatch, Effects, Expect, Frame, GoalMessage, GoalUpdate, Motion,
+    PlanMessage, PlanVerdict, RobotState, Rung, Spent, Status, StatusKind, StepOutcome, Waypoint,
 };
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
 use crate::run::DomainFolder;
 use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{
-    ARGS_MAX, CommandRecord, DeviceHeader, FrameHeader, NameText, OutcomeRecord, RobotStateRecord,
-    SceneRecord, StatusRecord, StepRecord, TaskHeader, WAYPOINTS_MAX,
+    ARGS_MAX, CommandRecord, DeviceHeader, DispatchRecord, FrameHeader, NameText, OutcomeRecord,
+    RobotStateRecord, SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
+    WAYPOINTS_MAX,
 };
 
 const CAUSE: FrameRef =
@@ -131,13 +133,13 @@ fn commands() -> impl Strategy<Value = Command> {
         Just(CommandKind::Cancel),
         Just(CommandKind::Hold),
     ];
-    (any::<[u64; 3]>(), kind, "\\PC{0,60}").prop_map(
-        |([id, frame_sequence, capture_ns], kind, label)| Command {
+    (any::<[u64; 3]>(), kind, prop::option::of(steps())).prop_map(
+        |([id, frame_sequence, capture_ns], kind, step)| Command {
             id,
             frame_sequence,
             capture_ns,
             kind,
-            label,
+            step,
         },
     )
 }
@@ -157,10 +159,13 @@ fn statuses() -> impl Strategy<Value = Status> {
     })
 }
 
+fn steps() -> impl Strategy<Value = Step> {
+    (names(), names())
+        .prop_map(|(a, b)| Step { action: "stack".into(), args: vec![a, b, "arm".into()] })
+}
+
 fn verdicts() -> impl Strategy<Value = PlanVerdict> {
-    let step = (names(), names())
-        .prop_map(|(a, b)| Step { action: "stack".into(), args: vec![a, b, "arm".into()] });
-    let steps = prop::collection::vec(step, 0..9);
+    let steps = prop::collection::vec(steps(), 0..9);
     prop_oneof![
         (steps, any::<u64>()).prop_map(|(steps, cost)| PlanVerdict::Plan { steps, cost }),
         ("\\PC{0,40}", any::<bool>())
@@ -234,6 +239,21 @@ proptest! {
     }
 
     #[test]
+    fn a_dispatch_arrives_as_it_was_sent(
+        step in steps(),
+        (sequence, command_id) in any::<(u64, u64)>(),
+        [add, delete] in prop::array::uniform2(prop::collection::btree_set(names(), 0..4)),
+    ) {
+        let atom = |name: Name| Atom { predicate: "clear".into(), args: vec![name] };
+        let (add, delete) = (add.into_iter().map(atom), delete.into_iter().map(atom));
+        let effects = Effects { add: add.collect(), delete: delete.collect() };
+        let dispatch = Dispatch { sequence, cause: CAUSE, command_id, step, effects };
+        let context = context();
+        let (header, records) = dispatch_to_wire(&dispatch, &context).unwrap();
+        prop_assert_eq!(dispatch_from_wire(&header, &records, &context), Ok(dispatch));
+    }
+
+    #[test]
     fn an_outcome_arrives_as_it_was_sent(
         (a, b) in (names(), names()),
         (sequence, failures, succeeded) in any::<(u64, u32, bool)>(),
@@ -266,7 +286,8 @@ proptest! {
             prop_assert!(scene.objects.iter().all(|o| (0.0..=1.0).contains(&o.score)));
         }
         let mut command = CommandRecord { kind: words[0], n_waypoints: words[1], ..CommandRecord::default() };
-        command.label[..48].copy_from_slice(&bytes);
+        command.step.action.bytes.copy_from_slice(&bytes);
+        (command.has_step, command.step.n_args) = (words[3], words[4]);
         command.waypoints[0].position.copy_from_slice(&numbers[..3]);
         command.waypoints[0].speed_m_s = numbers[3];
         command.waypoints[0].expect = words[2];
@@ -280,7 +301,8 @@ proptest! {
         let header = TaskHeader { verdict: words[1], ..header };
         let plan = plan_from_wire(&header, &[plan], &context);
         prop_assert!(plan.is_err() || words[1] != 0, "no action is called like that");
-        prop_assert!(goal_from_wire(&header, &bytes, &context).is_err());
+        let goal = goal_from_wire(&header, &bytes, &context);
+        prop_assert!(goal.is_err() || words[1] == 1, "nobody can want that");
     }
 }
 
@@ -298,9 +320,19 @@ fn a_goal_arrives_as_it_was_sent() {
         let source = SourceText::new("goal", text);
         let goal = parse_goal(&source, &context.domain, &objects).unwrap();
         let goal = GoalMessage::new(goal, Vec::new(), &objects);
+        let goal = GoalUpdate::Known(goal);
         let (header, payload) = goal_to_wire(&goal, &context);
         assert_eq!(goal_from_wire(&header, &payload, &context), Ok(goal), "{text}");
     }
+}
+
+#[test]
+fn a_goal_that_is_not_known_yet_arrives_as_such() {
+    let (context, pending) = (context(), GoalUpdate::Pending { cycle: 5 });
+    let (header, payload) = goal_to_wire(&pending, &context);
+    assert_eq!(goal_from_wire(&header, &payload, &context), Ok(pending));
+    let strange = TaskHeader { verdict: 2, ..header };
+    assert_eq!(goal_from_wire(&strange, &payload, &context).unwrap_err().field, "goal verdict");
 }
 
 fn frame() -> Frame {

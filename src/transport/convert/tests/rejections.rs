@@ -267,12 +267,12 @@ fn commands_out_of_range_are_rejected() {
         frame_sequence: 1,
         capture_ns: 0,
         kind: CommandKind::Start(Motion { waypoints: vec![waypoint; n] }),
-        label: String::new(),
+        step: Some(Step { action: "pick".into(), args: vec!["a".into()] }),
     };
     assert!(command_to_wire(&start(WAYPOINTS_MAX)).is_ok());
     check("waypoints", command_to_wire(&start(WAYPOINTS_MAX + 1)));
     type Change = fn(&mut CommandRecord);
-    let cases: [(&str, Change); 8] = [
+    let cases: [(&str, Change); 10] = [
         ("command kind", |r| r.kind = 4),
         ("n_waypoints", |r| r.n_waypoints = 17),
         ("waypoint position", |r| r.waypoints[0].position[2] = f64::NAN),
@@ -280,11 +280,41 @@ fn commands_out_of_range_are_rejected() {
         ("waypoint speed_m_s", |r| r.waypoints[0].speed_m_s = 0.0),
         ("waypoint expect", |r| r.waypoints[0].expect = 3),
         ("waypoint retractable", |r| r.waypoints[0].retractable = 2),
-        ("label", |r| r.label[0] = 0xff),
+        ("has_step", |r| r.has_step = 2),
+        ("action", |r| r.step.action.bytes[0] = 0xff),
+        ("step arguments", |r| r.step.n_args = 7),
     ];
     for (field, change) in cases {
         let mut record = command_to_wire(&start(2)).unwrap();
         change(&mut record);
         check(field, command_from_wire(&DeviceHeader::default(), &[record]));
+    }
+}
+
+#[test]
+fn dispatches_out_of_range_are_rejected() {
+    let step = Step { action: "stack".into(), args: ["a", "b", "arm"].map(Name::new).to_vec() };
+    let effects = Effects { add: [Atom::new("on", &["a", "b"])].into(), ..Effects::default() };
+    let dispatch = Dispatch { sequence: 1, cause: CAUSE, command_id: 2, step, effects };
+    let (header, records) = dispatch_to_wire(&dispatch, &context()).unwrap();
+    let foreign = StreamHeader { domain_hash: 0xdef, ..header };
+    check("domain_hash", dispatch_from_wire(&foreign, &records, &context()));
+    check("dispatch", dispatch_from_wire(&header, &[], &context()));
+    check("dispatch", dispatch_from_wire(&header, &records[1..], &context()));
+    let twice = [records[0]; 2];
+    check("effect tag", dispatch_from_wire(&header, &twice, &context()));
+    let huge = [&records[..1], &vec![records[1]; 4_097][..]].concat();
+    check("effects", dispatch_from_wire(&header, &huge, &context()));
+    type Change = fn(&mut [DispatchRecord]);
+    let cases: [(&str, Change); 4] = [
+        ("action", |r| r[0].call.action.bytes[0] = b'x'),
+        ("step arguments", |r| r[0].call.n_args = 2),
+        ("predicate", |r| r[1].call.action.bytes[0] = b'x'),
+        ("fact arguments", |r| r[1].call.n_args = 9),
+    ];
+    for (field, change) in cases {
+        let mut records = records.clone();
+        change(&mut records);
+        check(field, dispatch_from_wire(&header, &records, &context()));
     }
 }

@@ -1,0 +1,81 @@
+//! What is counted of each actor, for the topic `health`; and panics on purpose.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::chaos::{Chaos, PanicConfig};
+use crate::messages::ActorHealth;
+
+/// Counts what the actors of one run do. Cheap to clone.
+#[derive(Debug, Clone, Default)]
+pub struct Monitor {
+    chaos: Chaos,
+    actors: Arc<Mutex<BTreeMap<String, ActorHealth>>>,
+}
+
+impl Monitor {
+    /// With the panics of a run file.
+    pub fn new(panics: &[PanicConfig]) -> Self {
+        Self { chaos: Chaos::new(panics), actors: Arc::default() }
+    }
+
+    /// Counts one message of an actor, and panics when the run file says so.
+    ///
+    /// # Panics
+    /// When its time has come.
+    pub fn message(&self, actor: &str) {
+        self.change(actor, |health| health.n_messages += 1);
+        self.chaos.message(actor);
+    }
+
+    /// Counts a frame that could not be used.
+    pub fn rejected(&self, actor: &str, reason: &str) {
+        self.change(actor, |health| {
+            health.n_rejected += 1;
+            reason.clone_into(&mut health.last_rejection);
+        });
+    }
+
+    /// Tells how many frames were overtaken so far.
+    pub fn missed(&self, actor: &str, n_missed: u64) {
+        self.change(actor, |health| health.n_missed = n_missed);
+    }
+
+    /// Tells that an actor has been started; again, where `is_restart`.
+    pub(super) fn started(&self, actor: &str, is_restart: bool) {
+        self.change(actor, |health| {
+            health.is_alive = true;
+            health.n_restarts += u32::from(is_restart);
+        });
+    }
+
+    /// Tells that an actor has ended.
+    pub(super) fn ended(&self, actor: &str) {
+        self.change(actor, |health| health.is_alive = false);
+    }
+
+    /// How every actor fares.
+    pub fn health(&self) -> Vec<ActorHealth> {
+        self.lock().values().cloned().collect()
+    }
+
+    /// How many panics on purpose have happened.
+    pub fn n_panics(&self) -> usize {
+        self.chaos.n_fired()
+    }
+
+    fn change(&self, actor: &str, change: impl FnOnce(&mut ActorHealth)) {
+        let mut actors = self.lock();
+        if let Some(health) = actors.get_mut(actor) {
+            change(health);
+        } else {
+            let mut health = ActorHealth { actor: actor.to_owned(), ..ActorHealth::default() };
+            change(&mut health);
+            actors.insert(actor.to_owned(), health);
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, ActorHealth>> {
+        self.actors.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,71 @@
+//! Whether the loop is paused, as the requests on the topic `control` say.
+
+use crate::messages::{Control, Stop};
+use crate::transport::convert::control_from_wire;
+use crate::transport::wire::{ControlRecord, DeviceHeader};
+use crate::transport::{Received, Subscriber, TransportError};
+
+/// Which frames are answered.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// Every frame.
+    #[default]
+    Free,
+    /// One more, then none.
+    Once,
+    /// None.
+    Paused,
+}
+
+/// What the requests so far come to. It outlives the actor.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Requests {
+    pub(super) pace: Pace,
+    /// When the newest request was sent that counts; a restarted reader hears the last ones again.
+    last_ns: u64,
+}
+
+impl Requests {
+    /// Takes in a request; what it was, when it is a new one that can be read.
+    pub(super) fn take(
+        &mut self,
+        message: &Received<DeviceHeader, ControlRecord>,
+    ) -> Option<Control> {
+        let send_ns = message.header().send_ns;
+        if send_ns <= self.last_ns {
+            return None;
+        }
+        let control = match control_from_wire(message.records()) {
+            Ok(control) => control,
+            Err(error) => {
+                tracing::warn!(%error, "control");
+                return None;
+            }
+        };
+        self.last_ns = send_ns;
+        self.pace = match control {
+            Control::Stop(_) => self.pace,
+            Control::Pause => Pace::Paused,
+            Control::Resume => Pace::Free,
+            Control::Step => Pace::Once,
+        };
+        Some(control)
+    }
+
+    /// Takes in all that is waiting; the first request to stop, if there is one, and whether
+    /// anything has come.
+    pub(super) fn drain(
+        &mut self,
+        controls: &mut Subscriber<DeviceHeader, ControlRecord>,
+    ) -> Result<(Option<Stop>, bool), TransportError> {
+        let (mut stop, mut any) = (None, false);
+        while let Some(message) = controls.poll_next()? {
+            let control = self.take(&message);
+            any |= control.is_some();
+            if let Some(Control::Stop(why)) = control {
+                stop.get_or_insert(why);
+            }
+        }
+        Ok((stop, any))
+    }
+}

@@ -1,0 +1,228 @@
+//! What is measured of an episode: a reader of its topics, like any other.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::messages::{
+    ActorHealth, Command, DecisionMessage, EpisodeEnd, GoalMessage, GoalUpdate, PlanMessage,
+    Verdict,
+};
+use crate::metrics::{AnsweredCycle, EpisodeMetrics, EpisodeResult};
+use crate::scene::Scene;
+use crate::transport::convert::{
+    WireContext, command_from_wire, decision_from_wire, end_from_wire, goal_from_wire,
+    health_from_wire, plan_from_wire, scene_from_wire,
+};
+use crate::transport::topics::{DECISION, GOAL, HEALTH, PLAN, ROBOT_COMMAND, SCENE, VERDICT};
+use crate::transport::wire::{
+    CommandRecord, DecisionRecord, DeviceHeader, HealthRecord, SceneRecord, StepRecord,
+    StreamHeader, TaskHeader,
+};
+use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
+
+/// Messages of each topic that wait at most while the observer is busy.
+const DEPTH: Depth = Depth::all(256);
+/// Scenes, plans and commands that are kept until the decision that rests on them has come.
+const KEPT_MAX: usize = 256;
+
+/// Reads the topics of one episode.
+pub(super) struct Observer {
+    context: Arc<WireContext>,
+    scenes: Subscriber<TaskHeader, SceneRecord>,
+    plans: Subscriber<TaskHeader, StepRecord>,
+    commands: Subscriber<DeviceHeader, CommandRecord>,
+    decisions: Subscriber<StreamHeader, DecisionRecord>,
+    verdicts: Subscriber<StreamHeader, u8>,
+    goals: Subscriber<TaskHeader, u8>,
+    healths: Subscriber<StreamHeader, HealthRecord>,
+    waiting: Waiting,
+    metrics: EpisodeMetrics,
+    last_decision: Option<u64>,
+    last_scene: Option<Scene>,
+    end: Option<EpisodeEnd>,
+    goal: Option<GoalMessage>,
+}
+
+/// What the topics told of an episode.
+pub(super) struct Observed {
+    pub(super) result: EpisodeResult,
+    pub(super) goal: Option<GoalMessage>,
+    pub(super) health: Vec<ActorHealth>,
+}
+
+/// What no decision has been heard of yet, oldest first.
+#[derive(Default)]
+struct Waiting {
+    scenes: VecDeque<Scene>,
+    plans: VecDeque<PlanMessage>,
+    /// With their numbers.
+    commands: VecDeque<(u64, Command)>,
+}
+
+impl Observer {
+    /// Opens the topics; before the actors start, so that nothing is missed.
+    pub(super) fn open(bus: &Bus, context: Arc<WireContext>) -> Result<Self, TransportError> {
+        Ok(Self {
+            context,
+            scenes: bus.subscriber(&SCENE, DEPTH)?,
+            plans: bus.subscriber(&PLAN, DEPTH)?,
+            commands: bus.subscriber(&ROBOT_COMMAND, DEPTH)?,
+            decisions: bus.subscriber(&DECISION, DEPTH)?,
+            verdicts: bus.subscriber(&VERDICT, Depth::newest())?,
+            goals: bus.subscriber(&GOAL, DEPTH)?,
+            healths: bus.subscriber(&HEALTH, Depth::newest())?,
+            waiting: Waiting::default(),
+            metrics: EpisodeMetrics::default(),
+            last_decision: None,
+            last_scene: None,
+            end: None,
+            goal: None,
+        })
+    }
+
+    /// Reads until the episode has ended.
+    pub(super) async fn watch(&mut self) -> Result<(), TransportError> {
+        loop {
+            tokio::select! {
+                biased;
+                message = self.decisions.next() => {
+                    if self.decided(&message?)? {
+                        return Ok(());
+                    }
+                }
+                message = self.verdicts.next() => {
+                    // A stop ends the episode at once; any other end comes with a last decision.
+                    if self.ended(&message?) {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+    }
+
+    /// What the episode came to; `None` when it has not ended. Called once the actors have stopped.
+    pub(super) fn finish(mut self) -> Result<Option<Observed>, TransportError> {
+        self.drain()?;
+        let Some(end) = self.end else { return Ok(None) };
+        let scene = self.waiting.scene(end.cause.cycle).or(self.last_scene);
+        let EpisodeEnd { verdict, counts, remaining, .. } = end;
+        let tally = self.metrics;
+        let read = |m: Received<_, _>| health_from_wire(m.header(), m.records(), &self.context);
+        let health = self.healths.drain_newest_of(read)?.unwrap_or_default();
+        let result = EpisodeResult { verdict, counts, tally, remaining, scene };
+        Ok(Some(Observed { result, goal: self.goal, health }))
+    }
+
+    /// Books an answered frame; whether it was the last one.
+    fn decided(
+        &mut self,
+        message: &Received<StreamHeader, DecisionRecord>,
+    ) -> Result<bool, TransportError> {
+        let read = decision_from_wire(message.header(), message.records(), &self.context);
+        let decision: DecisionMessage = match read {
+            Ok(decision) if self.last_decision.is_none_or(|last| last < decision.sequence) => {
+                decision
+            }
+            Ok(_) => return Ok(false), // a restarted executor's
+            Err(error) => {
+                tracing::warn!(topic = DECISION.name, %error, "rejected");
+                return Ok(false);
+            }
+        };
+        self.last_decision = Some(decision.sequence);
+        self.drain()?;
+        while let Some(message) = self.verdicts.poll_next()? {
+            self.ended(&message);
+        }
+        let scene = self.waiting.scene(decision.cause.cycle);
+        let plan = self.waiting.plan(decision.plan_cycle);
+        let command = self.waiting.command(decision.sequence);
+        if let (Some(scene), Some(plan), Some(command)) = (&scene, &plan, &command) {
+            let end = self.end.as_ref().filter(|_| decision.is_last);
+            self.metrics.count(&AnsweredCycle {
+                scene,
+                plan,
+                command,
+                kind: decision.kind,
+                verdict: end.map(|end| &end.verdict),
+                answered_ns: decision.answered_ns,
+            });
+        } else {
+            let cycle = decision.cause.cycle;
+            tracing::error!(cycle, "a cycle is not measured: what it rests on was lost");
+        }
+        self.last_scene = scene.or(self.last_scene.take());
+        Ok(decision.is_last)
+    }
+
+    /// Takes note of the verdict; whether the episode was stopped.
+    fn ended(&mut self, message: &Received<StreamHeader, u8>) -> bool {
+        match end_from_wire(message.header(), message.records(), &self.context) {
+            Ok(end) => {
+                let is_stopped = matches!(end.verdict, Verdict::Stopped(_));
+                self.end = Some(end);
+                is_stopped
+            }
+            Err(error) => {
+                tracing::warn!(topic = VERDICT.name, %error, "rejected");
+                false
+            }
+        }
+    }
+
+    /// Takes in what decisions rest on. The executor has heard of it before it decides.
+    fn drain(&mut self) -> Result<(), TransportError> {
+        let context = &self.context;
+        while let Some(m) = self.scenes.poll_next()? {
+            self.waiting.scenes.extend(scene_from_wire(m.header(), m.records(), context));
+        }
+        while let Some(m) = self.plans.poll_next()? {
+            self.waiting.plans.extend(plan_from_wire(m.header(), m.records(), context));
+        }
+        while let Some(m) = self.commands.poll_next()? {
+            let command = command_from_wire(m.header(), m.records());
+            let sequence = m.header().sequence;
+            self.waiting.commands.extend(command.map(|command| (sequence, command)));
+        }
+        while let Some(m) = self.goals.poll_next()? {
+            if let Ok(GoalUpdate::Known(goal)) = goal_from_wire(m.header(), m.records(), context) {
+                self.goal = Some(goal);
+            }
+        }
+        self.waiting.bound();
+        Ok(())
+    }
+}
+
+impl Waiting {
+    /// The scene of a cycle; older ones are forgotten, and it stays: several plans may meet it.
+    fn scene(&mut self, cycle: u64) -> Option<Scene> {
+        while self.scenes.front().is_some_and(|scene| scene.cause.cycle < cycle) {
+            self.scenes.pop_front();
+        }
+        self.scenes.front().filter(|scene| scene.cause.cycle == cycle).cloned()
+    }
+
+    fn plan(&mut self, cycle: u64) -> Option<PlanMessage> {
+        while self.plans.front().is_some_and(|plan| plan.cause.cycle < cycle) {
+            self.plans.pop_front();
+        }
+        self.plans.front().filter(|plan| plan.cause.cycle == cycle)?;
+        self.plans.pop_front()
+    }
+
+    fn command(&mut self, sequence: u64) -> Option<Command> {
+        while self.commands.front().is_some_and(|(number, _)| *number < sequence) {
+            self.commands.pop_front();
+        }
+        self.commands.front().filter(|(number, _)| *number == sequence)?;
+        self.commands.pop_front().map(|(_, command)| command)
+    }
+
+    /// Forgets the oldest where too much waits.
+    fn bound(&mut self) {
+        self.scenes.drain(..self.scenes.len().saturating_sub(KEPT_MAX));
+        self.plans.drain(..self.plans.len().saturating_sub(KEPT_MAX));
+        self.commands.drain(..self.commands.len().saturating_sub(KEPT_MAX));
+    }
+}
