@@ -1,6 +1,6 @@
 //! Pause, step, resume and stop, asked for by another process on the bus; and a process that joins.
 #![cfg(feature = "sim")]
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step must fail the test")]
+#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 mod common;
 
