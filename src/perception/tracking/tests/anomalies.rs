@@ -81,14 +81,3 @@ fn facts_say_that_a_constraint_decided_them() {
     assert_eq!(origin(&scene), Origin::Constrained);
     assert_eq!(origin(&eyes.look(&[high])), Origin::Remembered);
 }
-
-#[test]
-fn a_look_is_no_step() {
-    let mut eyes = suspicious();
-    let lying = block("red", 0.0, 0.0);
-    eyes.stare(2 * CONFIRM_FRAMES, from_ref(&lying));
-    eyes.start("look from view 1");
-    let scene = eyes.stare(CONFIRM_FRAMES, &[lying]);
-    check(&scene, &[("ontable red_block", Truth::True), ("clear red_block", Truth::True)]);
-    eyes.end(StatusKind::Done);
-}
