@@ -25,7 +25,8 @@ fn detect(criterion: &mut Criterion, config: &str, scene: &str) -> Result<(), St
     let mut detector = folder
         .detector(&PartChoice::new("bench", "colour"), &examples)
         .map_err(|e| e.to_string())?;
-    let mut labeller = Labeller::new(&run, &folder).map_err(|e| e.to_string())?;
+    let sim = run.sim().map_err(|e| e.to_string())?;
+    let mut labeller = Labeller::new(folder.scenes(), sim).map_err(|e| e.to_string())?;
     let look = labeller.look(&folder.path.join(scene), 1, None).map_err(|e| e.to_string())?;
     let (width, height) = (look.image.width() as usize, look.image.height() as usize);
     let view = ImageView::new(width, height, look.image.as_raw()).map_err(|e| e.to_string())?;

@@ -56,10 +56,6 @@ const IMPURE: &[&str] = &[
     "tokio",
 ];
 
-/// Uses of a module that stands later in `lib.rs`: from, to, why.
-const UPWARD: &[(&str, &str, &str)] =
-    &[("hardware", "run", "the simulated hardware reads its own tables of the run file")];
-
 /// A line of code: its number, and its text without strings and comments.
 type Line = (usize, String);
 
@@ -241,7 +237,7 @@ fn uses(lines: &[Line]) -> Vec<(usize, String)> {
 fn a_module_uses_only_what_stands_before_it() {
     let order = modules();
     let place = |module: &str| order.iter().position(|m| m == module);
-    let (mut faults, mut upward) = (Vec::new(), BTreeSet::new());
+    let mut faults = Vec::new();
     for path in files_below(&project("src"), "rs") {
         let shown = in_project(&path);
         if is_test(&shown) {
@@ -255,17 +251,8 @@ fn a_module_uses_only_what_stands_before_it() {
                 continue;
             };
             if to_place > from_place {
-                upward.insert((from.to_owned(), to.clone()));
-                if !UPWARD.iter().any(|(f, t, _)| *f == from && *t == to) {
-                    faults.push(format!("{shown}:{number}: {from} stands before {to} in lib.rs"));
-                }
+                faults.push(format!("{shown}:{number}: {from} stands before {to} in lib.rs"));
             }
-        }
-    }
-    for (from, to, reason) in UPWARD {
-        assert!(!reason.is_empty());
-        if !upward.contains(&((*from).to_owned(), (*to).to_owned())) {
-            faults.push(format!("{from} does not use {to} any more: strike the exception out"));
         }
     }
     none(&faults);
@@ -280,7 +267,7 @@ fn every_folder_of_the_source_is_in_the_reading_order() {
     }
     let room = |folder: &str| folder.split('/').next().unwrap_or_default().to_owned();
     assert!(PURE.iter().all(|folder| order.contains(&room(folder))));
-    assert!(UPWARD.is_sorted() && OWNERS.is_sorted() && PURE.is_sorted() && IMPURE.is_sorted());
+    assert!(OWNERS.is_sorted() && PURE.is_sorted() && IMPURE.is_sorted());
 }
 
 #[test]

@@ -20,7 +20,8 @@ pub(super) struct Args {
 /// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there.
 #[cfg(feature = "sim")]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    use crate::hardware::sim::label_scene;
+    use crate::hardware::sim::label_scenes;
+    use crate::run::ConfigError;
 
     let config = load_run(&args.config, &args.sets)?;
     let folder = DomainFolder::find(&config.domain, &config.origin)?;
@@ -31,7 +32,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     };
     std::fs::create_dir_all(&target)
         .map_err(|e| Failure::bad_input(format!("{}: {e}", target.display())))?;
-    for scene in label_scene(&config, &folder)? {
+    let scenes = label_scenes(folder.scenes(), config.sim()?, config.seed);
+    for scene in scenes.map_err(ConfigError::from)? {
         let stem = target.join(&scene.name);
         scene.image.save(stem.with_extension("png")).map_err(Failure::internal)?;
         write(&stem.with_extension("json"), scene.boxes.as_bytes())?;

@@ -123,7 +123,7 @@ pub fn measure(
 ) -> Result<Vec<Row>, ConfigError> {
     let mut rows = Vec::new();
     for (camera, from) in CAMERAS {
-        let mut labeller = Labeller::new(config, folder)?;
+        let mut labeller = Labeller::new(folder.scenes(), config.sim()?)?;
         let examples = examples(&mut labeller, folder, config.seed, from)?;
         let mut setup = SetUp::new(folder, &examples)?;
         let mut measured: Vec<Row> = setup
@@ -172,7 +172,7 @@ fn examples(
     seed: u64,
     from: Option<Viewpoint>,
 ) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
-    let paths: Vec<PathBuf> = exemplar_scenes(folder)?;
+    let paths: Vec<PathBuf> = exemplar_scenes(&folder.path)?;
     let mut examples = Vec::new();
     for (path, seed) in paths.iter().zip(seed..) {
         let look = labeller.look(path, seed, from)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 
-use super::{PartError, Role};
+use super::{PartError, Role, read_file};
 use crate::mismatch::Mismatch;
 
 /// A part that somebody has chosen: its name, its options, and where both were written.
@@ -93,8 +93,6 @@ impl<T: Role + ?Sized> PartContext<'_, T> {
     /// # Errors
     /// [`PartError::File`] when it cannot be read.
     pub fn read(&self, path: &str) -> Result<String, PartError> {
-        let path = self.path(path);
-        std::fs::read_to_string(&path)
-            .map_err(|e| PartError::file(path.display().to_string(), e.to_string()))
+        read_file(&self.path(path))
     }
 }

@@ -1,5 +1,7 @@
 //! Why a part cannot be made.
 
+use std::path::Path;
+
 use thiserror::Error;
 
 use crate::mismatch::Mismatch;
@@ -57,6 +59,15 @@ impl PartError {
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Missing { .. })
     }
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// [`PartError::File`] naming the file.
+pub fn read_file(path: &Path) -> Result<String, PartError> {
+    std::fs::read_to_string(path)
+        .map_err(|e| PartError::file(path.display().to_string(), e.to_string()))
 }
 
 fn in_file(file: &str) -> String {

@@ -13,7 +13,7 @@ mod registry;
 mod tests;
 
 pub use context::{PartChoice, PartContext};
-pub use error::PartError;
+pub use error::{PartError, read_file};
 pub use options::{OptionsSchema, PartOption, no_options, options_of};
 pub use registry::{Part, Registry};
 

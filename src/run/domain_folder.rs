@@ -65,6 +65,13 @@ impl DomainFolder {
         }
     }
 
+    /// Its scenes, for the simulator.
+    #[cfg(feature = "sim")]
+    pub fn scenes(&self) -> crate::hardware::sim::ScenesOf<'_> {
+        let Self { path, domain, perception, .. } = self;
+        crate::hardware::sim::ScenesOf { folder: path, domain, perception }
+    }
+
     /// Reads a domain folder.
     ///
     /// # Errors

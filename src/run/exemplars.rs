@@ -170,6 +170,7 @@ impl DomainFolder {
         choice: &PartChoice,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Grounder>, ConfigError> {
+        GROUNDERS.find(&choice.key, &choice.name)?;
         let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
         let (domain, perception) = (&self.domain, &self.perception);
         let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };

@@ -214,6 +214,15 @@ impl RunConfig {
             .with_options(grounder_options.as_ref(), &self.origin)
     }
 
+    /// The simulated world.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the key.
+    #[cfg(feature = "sim")]
+    pub fn sim(&self) -> Result<crate::hardware::sim::SimConfig, ConfigError> {
+        Ok(crate::hardware::sim::SimConfig::read(self.sim.as_ref(), &self.origin)?)
+    }
+
     /// The name of the run on the bus.
     pub fn run_name(&self) -> String {
         if let Some(run) = &self.run {

@@ -224,8 +224,15 @@ impl PreparedRun {
     #[cfg(feature = "sim")]
     fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
         use crate::actors::{camera, robot};
-        use crate::hardware::sim::{Oracle, SimCamera, SimHardware};
-        let hardware = SimHardware::build(&self.config, &self.folder)?;
+        use crate::hardware::sim::{Oracle, SimCamera, SimHardware, SimSetup};
+        let hardware = SimHardware::build(&SimSetup {
+            sim: &self.config.sim()?,
+            folder: &self.folder.path,
+            faults: &self.config.fault,
+            clock: self.config.clock,
+            rate_hz: self.config.camera.rate_hz,
+            seed: self.config.seed,
+        })?;
         let (width, height) = (hardware.camera.width, hardware.camera.height);
         let [expected_width, expected_height] = self.image_size();
         if [width, height] != self.image_size() {
@@ -243,7 +250,7 @@ impl PreparedRun {
             let camera = Box::new(SimCamera::new(world.clone()));
             camera::serve(bus_of_camera.clone(), camera, monitor.clone())
         });
-        let oracle = Oracle::new(&self.folder, hardware.clone())?;
+        let oracle = Oracle::new(&self.folder.path, &self.folder.domain, hardware.clone())?;
         let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
         if self.config.robot.kind == RobotKind::None {
             return Ok(Hardware { actors: vec![camera], truth });

@@ -357,7 +357,7 @@ mod tests {
             ("key_env = 'SET'", ""),
             ("key_env = 'UNSET'\ncache = 'answers'", ""),
             ("key_env = 'UNSET'", "the environment variable UNSET is empty or not set"),
-            ("attempt_max = 2", "unknown field `attempt_max`"),
+            ("attempt_max = 2", "unknown option attempt_max"),
             ("attempts_max = 0", "goal.options.attempts_max: expected at least 1, got 0"),
             ("patience = { read = 1 }", "unknown field `read`"),
         ] {

@@ -5,7 +5,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
 use image::RgbImage;
@@ -14,10 +13,10 @@ use serde::Deserialize;
 use super::camera::model_of;
 use super::robot::{SimConfig, SimHardware, read_scene};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
-use crate::pddl::{Atom, Condition, Name, Problem, Typed, print_problem};
-use crate::perception::model::ObjectBox;
+use crate::parts::{PartError, read_file};
+use crate::pddl::{Atom, Condition, Domain, Name, Problem, Typed, print_problem};
+use crate::perception::model::{ObjectBox, Perception};
 use crate::perception::{DepthView, Detection, volume_of};
-use crate::run::{ConfigError, DomainFolder, RunConfig, read_text};
 
 /// One labelled example, as its files.
 #[derive(Debug, Clone)]
@@ -64,10 +63,21 @@ pub struct Viewpoint {
     pub look_at_m: [f64; 3],
 }
 
+/// Whose scenes are labelled.
+#[derive(Debug, Clone, Copy)]
+pub struct ScenesOf<'a> {
+    /// The domain's folder.
+    pub folder: &'a Path,
+    /// Its words.
+    pub domain: &'a Domain,
+    /// How it is seen.
+    pub perception: &'a Perception,
+}
+
 /// Builds scenes, looks at them and labels what is seen.
 #[derive(Debug)]
 pub struct Labeller<'a> {
-    folder: &'a DomainFolder,
+    scenes: ScenesOf<'a>,
     sim: SimConfig,
     labels: Labels,
     renderer: Renderer,
@@ -103,7 +113,7 @@ enum Relation {
 #[derive(Debug, Clone)]
 pub struct Oracle {
     labels: Labels,
-    folder: Arc<DomainFolder>,
+    domain: Domain,
     hardware: SimHardware,
 }
 
@@ -111,16 +121,17 @@ impl Oracle {
     /// Reads the domain's `scenes/labels.toml`; `None` without such a file.
     ///
     /// # Errors
-    /// [`ConfigError`] naming the file and line.
+    /// [`PartError::File`] naming the file and line.
     pub fn new(
-        folder: &Arc<DomainFolder>,
+        folder: &Path,
+        domain: &Domain,
         hardware: SimHardware,
-    ) -> Result<Option<Self>, ConfigError> {
+    ) -> Result<Option<Self>, PartError> {
         if !labels_path(folder).is_file() {
             return Ok(None);
         }
         let labels = read_labels(folder)?;
-        Ok(Some(Self { labels, folder: Arc::clone(folder), hardware }))
+        Ok(Some(Self { labels, domain: domain.clone(), hardware }))
     }
 
     /// What really holds now. For scoring after an episode; nothing in the loop may ask.
@@ -128,44 +139,42 @@ impl Oracle {
         let truth = self.hardware.oracle();
         let bodies: Vec<&BodyTruth> = truth.bodies.iter().collect();
         let labels = self.labels.label.iter();
-        labels.flat_map(|label| label.facts(&bodies, &self.folder)).collect()
+        labels.flat_map(|label| label.facts(&bodies, &self.domain)).collect()
     }
 }
 
-fn labels_path(folder: &DomainFolder) -> PathBuf {
-    folder.path.join("scenes").join("labels.toml")
+fn labels_path(folder: &Path) -> PathBuf {
+    folder.join("scenes").join("labels.toml")
 }
 
-fn read_labels(folder: &DomainFolder) -> Result<Labels, ConfigError> {
+fn read_labels(folder: &Path) -> Result<Labels, PartError> {
     let path = labels_path(folder);
-    toml::from_str(&read_text(&path)?).map_err(|e| toml_error(&path, &e))
+    toml::from_str(&read_file(&path)?).map_err(|e| fault(&path, e))
 }
 
-fn toml_error(path: &Path, error: &toml::de::Error) -> ConfigError {
-    ConfigError::Toml { path: path.display().to_string(), message: error.to_string() }
+fn fault(path: &Path, reason: impl std::fmt::Display) -> PartError {
+    PartError::file(path.display().to_string(), reason.to_string())
 }
 
-/// Renders and labels every scene in the domain's `scenes/exemplar/`.
+/// Renders and labels every scene in the domain's `scenes/exemplar/`, with seeds counting up.
 ///
 /// # Errors
-/// [`ConfigError`] naming the file.
-pub fn label_scene(
-    config: &RunConfig,
-    folder: &DomainFolder,
-) -> Result<Vec<LabelledScene>, ConfigError> {
-    let mut labeller = Labeller::new(config, folder)?;
+/// [`PartError::File`] naming the file.
+pub fn label_scenes(
+    scenes: ScenesOf<'_>,
+    sim: SimConfig,
+    seed: u64,
+) -> Result<Vec<LabelledScene>, PartError> {
+    let mut labeller = Labeller::new(scenes, sim)?;
     let mut labelled = Vec::new();
-    for (path, seed) in exemplar_scenes(folder)?.iter().zip(config.seed..) {
+    for (path, seed) in exemplar_scenes(scenes.folder)?.iter().zip(seed..) {
         let look = labeller.look(path, seed, None)?;
-        let bad = |reason: &str| ConfigError::File {
-            path: path.display().to_string(),
-            reason: reason.to_owned(),
-        };
         if look.n_hidden > 0 {
-            return Err(bad("an object is hidden"));
+            return Err(fault(path, "an object is hidden"));
         }
         let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example");
-        labelled.push(look.written(name, folder).ok_or_else(|| bad("it cannot be written"))?);
+        let written = look.written(name, scenes.domain);
+        labelled.push(written.ok_or_else(|| fault(path, "it cannot be written"))?);
     }
     Ok(labelled)
 }
@@ -173,56 +182,48 @@ pub fn label_scene(
 /// The scenes that a domain's labelled examples show, in order.
 ///
 /// # Errors
-/// [`ConfigError::File`] when there is no such folder.
-pub fn exemplar_scenes(folder: &DomainFolder) -> Result<Vec<PathBuf>, ConfigError> {
-    scene_files(&folder.path.join("scenes").join("exemplar"))
-}
-
-impl<'a> Labeller<'a> {
-    /// For the simulator of a run file.
-    ///
-    /// # Errors
-    /// [`ConfigError`] naming the file and line.
-    pub fn new(config: &RunConfig, folder: &'a DomainFolder) -> Result<Self, ConfigError> {
-        let table = config.sim.clone().unwrap_or_default();
-        let sim: SimConfig = table.try_into().map_err(|e| toml_error(&config.origin, &e))?;
-        Ok(Self { folder, sim, labels: read_labels(folder)?, renderer: Renderer::new() })
-    }
-
-    /// Looks at the start of a scene, from the run file's viewpoint or another.
-    ///
-    /// # Errors
-    /// [`ConfigError`] naming the scene file.
-    pub fn look(
-        &mut self,
-        path: &Path,
-        seed: u64,
-        from: Option<Viewpoint>,
-    ) -> Result<Look, ConfigError> {
-        let bad = |reason: String| ConfigError::File { path: path.display().to_string(), reason };
-        let world = World::new(&read_scene(path)?, &self.sim.world, seed)
-            .map_err(|e| bad(e.to_string()))?;
-        let mut camera = self.sim.camera.clone();
-        camera.light.seed = seed;
-        if let Some(Viewpoint { position_m, look_at_m }) = from {
-            (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
-        }
-        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| bad(e.to_string()))?;
-        let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
-        shot.labelled(self.folder, &self.labels).ok_or_else(|| bad("no image".to_owned()))
-    }
-}
-
-fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, ConfigError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| ConfigError::File {
-        path: folder.display().to_string(),
-        reason: e.to_string(),
-    })?;
+/// [`PartError::File`] when there is no such folder.
+pub fn exemplar_scenes(folder: &Path) -> Result<Vec<PathBuf>, PartError> {
+    let folder = folder.join("scenes").join("exemplar");
+    let entries = std::fs::read_dir(&folder).map_err(|e| fault(&folder, e))?;
     let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let mut scenes: Vec<PathBuf> =
         files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
     scenes.sort();
     Ok(scenes)
+}
+
+impl<'a> Labeller<'a> {
+    /// For a simulator and the scenes of a domain.
+    ///
+    /// # Errors
+    /// [`PartError::File`] when the domain's `scenes/labels.toml` is not usable.
+    pub fn new(scenes: ScenesOf<'a>, sim: SimConfig) -> Result<Self, PartError> {
+        let labels = read_labels(scenes.folder)?;
+        Ok(Self { scenes, sim, labels, renderer: Renderer::new() })
+    }
+
+    /// Looks at the start of a scene, from the run file's viewpoint or another.
+    ///
+    /// # Errors
+    /// [`PartError::File`] naming the scene file.
+    pub fn look(
+        &mut self,
+        path: &Path,
+        seed: u64,
+        from: Option<Viewpoint>,
+    ) -> Result<Look, PartError> {
+        let world = World::new(&read_scene(path)?, &self.sim.world, seed);
+        let world = world.map_err(|e| fault(path, e))?;
+        let mut camera = self.sim.camera.clone();
+        camera.light.seed = seed;
+        if let Some(Viewpoint { position_m, look_at_m }) = from {
+            (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
+        }
+        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| fault(path, e))?;
+        let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
+        shot.labelled(self.scenes, &self.labels).ok_or_else(|| fault(path, "no image"))
+    }
 }
 
 /// One rendered scene.
@@ -233,13 +234,13 @@ struct Shot {
 }
 
 impl Shot {
-    fn labelled(self, folder: &DomainFolder, labels: &Labels) -> Option<Look> {
+    fn labelled(self, scenes: ScenesOf<'_>, labels: &Labels) -> Option<Look> {
         let Self { frame, model, truth } = self;
         let (width, height) = (frame.width as usize, frame.height as usize);
         let depth = DepthView::new(width, height, &frame.depth_m).ok()?;
         let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
         for (i, body) in truth.bodies.iter().enumerate() {
-            let Some(spec) = folder.perception.type_spec(&body.kind.into()) else { continue };
+            let Some(spec) = scenes.perception.type_spec(&body.kind.into()) else { continue };
             let seen = visible(&frame, u16::try_from(i + 1).ok()?, body).and_then(|detection| {
                 let measured = volume_of(&detection, &depth, &model, spec.depth)?;
                 Some(Detection { measured: Some(measured), ..detection })
@@ -251,7 +252,8 @@ impl Shot {
             bodies.push(body);
             objects.push(seen.object(Name::new(&body.name)));
         }
-        let facts = labels.label.iter().flat_map(|label| label.facts(&bodies, folder)).collect();
+        let facts =
+            labels.label.iter().flat_map(|label| label.facts(&bodies, scenes.domain)).collect();
         let image = RgbImage::from_raw(frame.width, frame.height, frame.rgb)?;
         Some(Look { image, depth_m: frame.depth_m, model, objects, facts, n_hidden })
     }
@@ -264,10 +266,10 @@ impl Look {
         objects.map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect()
     }
 
-    fn written(self, name: &str, folder: &DomainFolder) -> Option<LabelledScene> {
+    fn written(self, name: &str, domain: &Domain) -> Option<LabelledScene> {
         let problem = Problem {
             name: Name::new(name),
-            domain: folder.domain.name.clone(),
+            domain: domain.name.clone(),
             objects: self.declared(),
             init: self.facts,
             costs: BTreeMap::new(),
@@ -335,8 +337,7 @@ fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
 
 impl Label {
     /// The facts of this predicate over bodies of the types that it wants.
-    fn facts(&self, bodies: &[&BodyTruth], folder: &DomainFolder) -> Vec<Atom> {
-        let domain = &folder.domain;
+    fn facts(&self, bodies: &[&BodyTruth], domain: &Domain) -> Vec<Atom> {
         let Some(signature) = domain.predicate(self.predicate.as_str()) else { return Vec::new() };
         let [first, second] = signature.params.as_slice() else { return Vec::new() };
         let fits = |body: &BodyTruth, param: &Typed| {

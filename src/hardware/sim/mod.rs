@@ -6,5 +6,7 @@ mod camera;
 mod labels;
 
 pub use camera::{SimCamera, model_of};
-pub use labels::{LabelledScene, Labeller, Look, Oracle, Viewpoint, exemplar_scenes, label_scene};
-pub use robot::{SimConfig, SimHardware, read_scene};
+pub use labels::{
+    LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
+};
+pub use robot::{SimConfig, SimHardware, SimSetup, read_scene};

@@ -13,9 +13,10 @@ use tokio::sync::watch;
 
 use super::faults::FaultSchedule;
 use crate::clock::{ClockKind, monotonic_ns};
-use crate::hardware::{Arm, Robot, Sequencer, Target};
+use crate::hardware::{Arm, FaultConfig, Robot, Sequencer, Target};
 use crate::messages::{Command, CommandKind, RobotState, Status, StatusKind};
-use crate::run::{ConfigError, DomainFolder, RunConfig, read_text};
+use crate::mismatch::Mismatch;
+use crate::parts::{PartError, read_file};
 
 /// Control periods per second of the simulated robot.
 const CONTROL_HZ: u64 = 120;
@@ -32,6 +33,37 @@ pub struct SimConfig {
     pub camera: CameraSpec,
     /// What the world is made of.
     pub world: WorldConfig,
+}
+
+impl SimConfig {
+    /// Reads `[sim]`; `file` is where it stands.
+    ///
+    /// # Errors
+    /// [`PartError::Options`] naming the key.
+    pub fn read(table: Option<&toml::Table>, file: &Path) -> Result<Self, PartError> {
+        let table = table.cloned().unwrap_or_default();
+        table.try_into().map_err(|e: toml::de::Error| PartError::Options {
+            file: file.display().to_string(),
+            message: format!("[sim]: {e}"),
+        })
+    }
+}
+
+/// What a simulated world is built from.
+#[derive(Debug, Clone, Copy)]
+pub struct SimSetup<'a> {
+    /// `[sim]` of a run file.
+    pub sim: &'a SimConfig,
+    /// What the path of the scene starts from: the domain's folder.
+    pub folder: &'a Path,
+    /// What disturbs the world.
+    pub faults: &'a [FaultConfig],
+    /// Which clock drives the world.
+    pub clock: ClockKind,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Seed of everything random.
+    pub seed: u64,
 }
 
 /// The simulated world as its actors share it.
@@ -72,29 +104,22 @@ struct Hardware {
 }
 
 impl SimHardware {
-    /// Builds the world of a run file.
+    /// Builds a world.
     ///
     /// # Errors
-    /// [`ConfigError`] naming the key, the scene file and the body.
-    pub fn build(config: &RunConfig, folder: &DomainFolder) -> Result<Self, ConfigError> {
-        let origin = config.origin.display().to_string();
-        let table = config.sim.clone().unwrap_or_default();
-        let sim: SimConfig = table.try_into().map_err(|e: toml::de::Error| ConfigError::Toml {
-            path: origin.clone(),
-            message: format!("[sim]: {e}"),
-        })?;
-        let bad = |key: &str, expected: &str, got: String| ConfigError::Value {
-            key: key.to_owned(),
-            expected: expected.to_owned(),
-            got,
+    /// [`PartError`] naming the key, the scene file and the body.
+    pub fn build(setup: &SimSetup<'_>) -> Result<Self, PartError> {
+        let SimSetup { sim, folder, faults, clock, rate_hz, seed } = *setup;
+        let bad = |key: &str, expected: &str, got: String| PartError::Inputs {
+            reason: Mismatch::new(key, expected, got).to_string(),
         };
         sim.camera.check().map_err(|e| bad("sim.camera", "a sound camera", e.to_string()))?;
-        let mut camera = sim.camera;
-        camera.light.seed = config.seed;
-        let scene = read_scene(&folder.path.join(&sim.scene))?;
-        let world = World::new(&scene, &sim.world, config.seed)
+        let mut camera = sim.camera.clone();
+        camera.light.seed = seed;
+        let scene = read_scene(&folder.join(&sim.scene))?;
+        let world = World::new(&scene, &sim.world, seed)
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
-        let faults = FaultSchedule::new(&config.fault)
+        let faults = FaultSchedule::new(faults)
             .map_err(|e| bad("fault.action", "a fault that the simulator knows", e))?;
         let hardware = Hardware {
             world,
@@ -106,15 +131,15 @@ impl SimHardware {
             n_statuses: 0,
             pending: Vec::new(),
             epoch_ns: None,
-            clock: config.clock,
+            clock,
         };
         Ok(Self {
             shared: Arc::new(Mutex::new(hardware)),
             released: watch::Sender::new(0),
             camera,
-            frame_ns: (1e9 / config.camera.rate_hz) as u64,
-            clock: config.clock,
-            seed: config.seed,
+            frame_ns: (1e9 / rate_hz) as u64,
+            clock,
+            seed,
         })
     }
 
@@ -153,11 +178,10 @@ impl SimHardware {
 /// Reads a scene file.
 ///
 /// # Errors
-/// [`ConfigError`] naming file and line.
-pub fn read_scene(path: &Path) -> Result<SceneSpec, ConfigError> {
-    let text = read_text(path)?;
-    toml::from_str(&text)
-        .map_err(|e| ConfigError::Toml { path: path.display().to_string(), message: e.to_string() })
+/// [`PartError::File`] naming file and line.
+pub fn read_scene(path: &Path) -> Result<SceneSpec, PartError> {
+    toml::from_str(&read_file(path)?)
+        .map_err(|e| PartError::file(path.display().to_string(), e.to_string()))
 }
 
 impl Hardware {
