@@ -15,7 +15,7 @@ use groundloop::logic::Truth;
 use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{Atom, Name, Problem, SourceText, parse_problem};
 use groundloop::perception::model::Exemplar;
-use groundloop::perception::{Grip, GroundedImage, ImageView, Observation, ground_image};
+use groundloop::perception::{GripperContent, GroundedImage, ImageView, Observation, ground_image};
 use groundloop::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
 use groundloop::run::{DomainFolder, ExemplarConfig};
 use image::RgbImage;
@@ -141,7 +141,7 @@ fn look(
     let pipeline = folder.pipeline(&*grounder);
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let view = ImageView::new(width, height, picture.as_raw()).unwrap();
-    ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty).unwrap()
+    ground_image(&pipeline, &mut *detector, &view, &[], &GripperContent::Empty).unwrap()
 }
 
 /// From the pixels of a labelled image follow its labelled objects and facts, without any depth.

@@ -19,7 +19,7 @@ use groundloop::pddl::{
 use groundloop::perception::detectors::{ColourDetector, Detector as _};
 use groundloop::perception::grounders::{Judged, S2s};
 use groundloop::perception::model::{Exemplar, ExemplarText, Exemplars, ObjectBox, Perception};
-use groundloop::perception::{Grip, GroundedImage, ImageView, Pipeline, ground_image};
+use groundloop::perception::{GripperContent, GroundedImage, ImageView, Pipeline, ground_image};
 
 fn source(path: &Path) -> SourceText {
     SourceText::new(path.display().to_string(), fs::read_to_string(path).unwrap())
@@ -86,7 +86,7 @@ fn see(shipped: &Shipped, exemplar: &Labelled, test: &Labelled) -> GroundedImage
     let s2s = S2s::new(&shipped.domain, &shipped.perception.observed, &examples).unwrap();
     let Shipped { domain, perception, rules } = shipped;
     let pipeline = Pipeline { domain, perception, rules, grounder: &s2s };
-    ground_image(&pipeline, &mut detector, &test.view(), &[], &Grip::Empty).unwrap()
+    ground_image(&pipeline, &mut detector, &test.view(), &[], &GripperContent::Empty).unwrap()
 }
 
 /// Objects that are missed or invented, one line each; a box counts when it overlaps by half.

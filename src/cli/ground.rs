@@ -11,9 +11,9 @@ use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
 use crate::parts::PartContext;
 use crate::pddl::Atom;
-use crate::perception::{Grip, GroundedImage, ImageView, ground_image, phrase_of_name};
+use crate::perception::{GroundedImage, phrase_of_name};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
-use crate::run::{ConfigError, DomainFolder, Eye, environment, exemplar_from_files, read_image};
+use crate::run::{ConfigError, DomainFolder, StillImageParts, environment, exemplar_from_files};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -70,39 +70,19 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         &args.exemplar_state,
         &folder,
     )?;
-    let picture = read_image(&args.image)?;
-    let [width, height] = example.1.image_size;
-    if [picture.width(), picture.height()] != [width, height] {
-        return Err(Failure::bad_input(format!(
-            "{}: expected {width}x{height} pixels like the labelled example, got {}x{}",
-            args.image.display(),
-            picture.width(),
-            picture.height(),
-        )));
-    }
-    let examples = Arc::new(vec![example]);
     let options = args.detector_options.as_deref();
-    let detector_choice = choice("--detector", &args.detector, options)?;
-    let grounder_choice = choice("--grounder", &args.grounder, None)?;
-    let mut detector = folder.detector(&detector_choice, &examples)?;
-    let grounder = folder.grounder(&grounder_choice, &examples)?;
-    let pipeline = folder.pipeline(&*grounder);
-    let view = ImageView::new(width as usize, height as usize, picture.as_raw())
-        .map_err(Failure::bad_input)?;
-    let grounded = ground_image(&pipeline, &mut *detector, &view, &[], &Grip::Empty)
-        .map_err(ConfigError::from)?;
-    let eye = Eye {
+    let parts = StillImageParts {
         folder: Arc::clone(&folder),
-        examples: Arc::clone(&examples),
-        detector: detector_choice,
-        grounder: grounder_choice,
+        examples: Arc::new(vec![example]),
+        detector: choice("--detector", &args.detector, options)?,
+        grounder: choice("--grounder", &args.grounder, None)?,
     };
-    let mut goal = read_goal(args, &folder, eye, &grounded)?;
-    let mut grounded = grounded;
+    let mut reader = parts.reader()?;
+    let mut grounded = reader.read(&args.image, &[])?;
+    let mut goal = read_goal(args, &folder, parts, &grounded)?;
     if let Some(goal) = goal.as_mut().filter(|goal| !goal.expected.is_empty()) {
         let phrases: Vec<String> = goal.expected.iter().map(|e| phrase_of_name(&e.name)).collect();
-        grounded = ground_image(&pipeline, &mut *detector, &view, &phrases, &Grip::Empty)
-            .map_err(ConfigError::from)?;
+        grounded = reader.read(&args.image, &phrases)?;
         goal.expected.retain(|e| grounded.state.objects.iter().all(|seen| seen.name != e.name));
         grounded.named.unplaced.iter().for_each(|reason| out::note(&format!("phrase {reason}")));
     }
@@ -119,7 +99,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 fn read_goal(
     args: &Args,
     folder: &DomainFolder,
-    eye: Eye,
+    parts: StillImageParts,
     grounded: &GroundedImage,
 ) -> Result<Option<ParsedGoal>, Failure> {
     let (origin, kind, text) = match (&args.instruction, &args.goal, &args.goal_image) {
@@ -136,7 +116,7 @@ fn read_goal(
     let choice = choice("--goal-kind", kind, args.goal_options.as_deref())?;
     let inputs = GoalInputs {
         perception: Some(&folder.perception),
-        look: Some(eye.into_look()),
+        read_image: Some(parts.into_read_image()),
         ..GoalInputs::words(origin, &text, folder.language.as_ref())
     };
     let context = PartContext { choice: &choice, inputs, environment };

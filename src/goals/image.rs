@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::language::Never;
+use super::language::MutexRule;
 use super::{GoalError, GoalObject, GoalSource, ParsedGoal};
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
@@ -39,7 +39,7 @@ struct GoalImage {
     path: String,
     shown: State,
     predicates: Predicates,
-    nevers: Vec<Never>,
+    mutex_rules: Vec<MutexRule>,
 }
 
 /// Which predicates count.
@@ -65,16 +65,16 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
     let fault = |reason: String| -> PartError {
         GoalError::Image { path: path.display().to_string(), reason }.into()
     };
-    let (Some(look), Some(perception)) = (&inputs.look, inputs.perception) else {
+    let (Some(read_image), Some(perception)) = (&inputs.read_image, inputs.perception) else {
         return Err(fault("there is no detector with labelled examples to read it".to_owned()));
     };
-    let shown = look(&path).map_err(fault)?.state;
+    let shown = read_image(&path).map_err(fault)?.state;
     let observed = || perception.observed.iter().map(|spec| spec.predicate.clone()).collect();
     let predicates =
         options.predicates.map_or_else(|| Predicates::Observed(observed()), Predicates::Chosen);
-    let nevers = inputs.language.map(|language| language.nevers.clone());
-    let (path, nevers) = (path.display().to_string(), nevers.unwrap_or_default());
-    Ok(Box::new(GoalImage { path, shown, predicates, nevers }))
+    let mutex_rules = inputs.language.map(|language| language.mutex_rules.clone());
+    let (path, mutex_rules) = (path.display().to_string(), mutex_rules.unwrap_or_default());
+    Ok(Box::new(GoalImage { path, shown, predicates, mutex_rules }))
 }
 
 impl GoalSource for GoalImage {
@@ -102,7 +102,7 @@ impl GoalSource for GoalImage {
             return Err(fault(format!("it shows no fact of {}", list.join(", "))));
         }
         for (idx, later) in atoms.iter().enumerate() {
-            let excluding = |e: &&&Atom| self.nevers.iter().any(|n| n.excludes(e, later));
+            let excluding = |e: &&&Atom| self.mutex_rules.iter().any(|n| n.excludes(e, later));
             if let Some(earlier) = atoms[..idx].iter().find(excluding) {
                 let advice = "more labelled examples or another grounder may help";
                 return Err(fault(format!("it is read as {earlier} and {later}; {advice}")));

@@ -65,7 +65,7 @@ pub struct Language {
     pub sequences: Vec<Sequence>,
     /// Pairs of atoms that no goal may ask for together.
     #[serde(default, rename = "never")]
-    pub nevers: Vec<Never>,
+    pub mutex_rules: Vec<MutexRule>,
 }
 
 /// Words for a type of objects.
@@ -174,14 +174,14 @@ pub struct Stacks {
 /// Two atoms that exclude each other; different variables are different objects.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Never {
+pub struct MutexRule {
     /// Both patterns, as in `["(on ?x ?y)", "(on ?x ?z)"]`.
     pub both: [Pattern; 2],
     /// Why, as a clause for a message.
     pub because: String,
 }
 
-impl Never {
+impl MutexRule {
     /// Whether the pair forbids these two atoms together, in either order.
     pub fn excludes(&self, left: &Atom, right: &Atom) -> bool {
         let [a, b] = &self.both;
@@ -270,7 +270,7 @@ impl Language {
         for predicate in &self.acyclic {
             takes(domain, "acyclic", predicate, 2)?;
         }
-        for pattern in self.nevers.iter().flat_map(|never| &never.both) {
+        for pattern in self.mutex_rules.iter().flat_map(|never| &never.both) {
             takes(domain, "never", &pattern.predicate, pattern.variables.len())?;
         }
         Ok(())

@@ -3,11 +3,11 @@
 //! The goal is read once and stays constant; only what the camera shows changes.
 
 pub mod error;
-pub mod fixed;
+pub mod logical;
 pub mod image;
 pub mod language;
 pub mod language_model;
-pub mod lexicon;
+pub mod instruction;
 pub mod repair;
 
 use std::ops::Range;
@@ -122,7 +122,7 @@ pub trait GoalSource: std::fmt::Debug + Send + Sync {
 }
 
 /// Reads the state off an image file, as the camera's frames are read; the error names the file.
-pub type Look = Arc<dyn Fn(&Path) -> Result<GroundedImage, String> + Send + Sync>;
+pub type ReadImage = Arc<dyn Fn(&Path) -> Result<GroundedImage, String> + Send + Sync>;
 
 /// What goal sources are made from.
 #[derive(Clone)]
@@ -137,13 +137,13 @@ pub struct GoalInputs<'a> {
     /// The domain's `perception.toml`, where it is known.
     pub perception: Option<&'a Perception>,
     /// Reads images, where there is a detector with labelled examples.
-    pub look: Option<Look>,
+    pub read_image: Option<ReadImage>,
 }
 
 impl<'a> GoalInputs<'a> {
     /// For a goal that needs nothing but words.
     pub fn words(origin: &'a str, text: &'a str, language: Option<&'a Language>) -> Self {
-        Self { origin, text, language, perception: None, look: None }
+        Self { origin, text, language, perception: None, read_image: None }
     }
 }
 
@@ -156,7 +156,7 @@ impl Role for dyn GoalSource {
 
 /// Every goal source by the `kind` a run file gives, in alphabetical order.
 pub static GOALS: Registry<dyn GoalSource> =
-    Registry(&[image::PART, lexicon::PART, language_model::PART, fixed::PART]);
+    Registry(&[image::PART, instruction::PART, language_model::PART, logical::PART]);
 
 #[cfg(test)]
 mod tests {

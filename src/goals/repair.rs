@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::language::Never;
+use super::language::MutexRule;
 use crate::pddl::{Atom, Condition, Literal, Name, Term};
 
 /// A goal without the atoms that were dropped, and what remains wrong with it.
@@ -40,14 +40,15 @@ impl std::fmt::Display for Conflict {
 /// Drops every atom of a `completed` predicate that excludes one of another predicate.
 ///
 /// Only ground atoms that the goal asks for directly, or in nested conjunctions, are looked at: what
-/// stands below `or`, `not` or a quantifier asks for no single atom. `nevers` are the `[[never]]`
+/// stands below `or`, `not` or a quantifier asks for no single atom. `mutex_rules` are the `[[never]]`
 /// pairs of `language.toml`, `completed` the predicates that `perception.toml` calls so.
-pub fn repaired(goal: &Condition, nevers: &[Never], completed: &[Name]) -> Repaired {
+pub fn repaired(goal: &Condition, mutex_rules: &[MutexRule], completed: &[Name]) -> Repaired {
     let atoms = ground_atoms(goal);
     let (mut dropped, mut contradictions) = (Vec::new(), Vec::new());
     for (idx, later) in atoms.iter().enumerate() {
         for earlier in &atoms[..idx] {
-            let Some(never) = nevers.iter().find(|never| never.excludes(earlier, later)) else {
+            let Some(never) = mutex_rules.iter().find(|never| never.excludes(earlier, later))
+            else {
                 continue;
             };
             let conflict = |atom: &Atom, against: &Atom| Conflict {
@@ -135,7 +136,7 @@ mod tests {
         let language = Language::from_toml("language.toml", text).unwrap();
         let objects: Vec<Typed> = ["a", "b", "c"].map(|n| Typed::new(n, "block")).to_vec();
         let goal = parse_goal(&SourceText::new("goal", goal), &domain, &objects).unwrap();
-        repaired(&goal, &language.nevers, &["ontable".into(), "clear".into()])
+        repaired(&goal, &language.mutex_rules, &["ontable".into(), "clear".into()])
     }
 
     #[track_caller]

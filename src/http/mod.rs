@@ -9,6 +9,7 @@ mod request;
 mod error;
 mod retry;
 mod client;
+pub mod chat;
 
 #[cfg(test)]
 mod tests;

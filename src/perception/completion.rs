@@ -37,7 +37,7 @@ mod tests {
     use super::*;
     use crate::pddl::{Atom, Domain, SourceText, parse_domain, parse_rules};
     use crate::perception::model::Perception;
-    use crate::perception::{Grip, proprioception};
+    use crate::perception::{GripperContent, proprioception};
 
     fn read(domain: &str, rules: &str) -> (Domain, Vec<Axiom>) {
         let domain = parse_domain(&SourceText::new("domain.pddl", domain)).unwrap().value;
@@ -45,7 +45,7 @@ mod tests {
         (domain, rules)
     }
 
-    fn blocks(grip: &Grip, on: &[[&str; 2]]) -> Facts {
+    fn blocks(grip: &GripperContent, on: &[[&str; 2]]) -> Facts {
         let (domain, rules) = read(
             include_str!("../../domains/blocksworld/domain.pddl"),
             include_str!("../../domains/blocksworld/completion.pddl"),
@@ -70,19 +70,19 @@ mod tests {
 
     #[test]
     fn a_free_block_is_clear_and_stands_on_the_table() {
-        let facts = blocks(&Grip::Empty, &[["a", "b"]]);
+        let facts = blocks(&GripperContent::Empty, &[["a", "b"]]);
         check(&facts, &["(clear a)", "(handempty arm)", "(on a b)", "(ontable b)"], &[]);
     }
 
     #[test]
     fn a_held_block_is_neither_clear_nor_on_the_table() {
-        let facts = blocks(&Grip::Holds("a".into()), &[]);
+        let facts = blocks(&GripperContent::Holds("a".into()), &[]);
         check(&facts, &["(clear b)", "(handfull arm)", "(holding a)", "(ontable b)"], &[]);
     }
 
     #[test]
     fn holding_something_unknown_leaves_unknown_what_depends_on_it() {
-        let facts = blocks(&Grip::HoldsSomething, &[]);
+        let facts = blocks(&GripperContent::HoldsSomething, &[]);
         let unknown =
             ["(clear a)", "(clear b)", "(holding a)", "(holding b)", "(ontable a)", "(ontable b)"];
         check(&facts, &["(handfull arm)"], &unknown);

@@ -23,6 +23,6 @@ pub use phrases::{
     MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,
 };
 pub use pipeline::{FrameView, Observation, Pipeline, State, lift_detections};
-pub use proprioception::{Grip, proprioception};
+pub use proprioception::{GripperContent, proprioception};
 pub use still::{GroundedImage, NamedObjects, StillError, detect_objects, ground_image};
 pub use views::{ImageError, ImageView};

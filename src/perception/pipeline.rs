@@ -15,8 +15,8 @@ use super::completion::{facts_of, merged};
 use super::grounders::{Grounder, GrounderError, Grounding};
 use super::model::{ObjectBox, Perception};
 use super::{
-    DepthView, Detection, Detections, Grip, ImageView, MergeRule, Merged, complete, merge,
-    proprioception, volume_of,
+    DepthView, Detection, Detections, GripperContent, ImageView, MergeRule, Merged, complete,
+    merge, proprioception, volume_of,
 };
 use crate::geometry::CameraModel;
 use crate::logic::Facts;
@@ -128,7 +128,7 @@ impl Pipeline<'_> {
     }
 
     /// What the robot knows of itself. `objects` are all there are, constants included.
-    pub fn own_facts(&self, objects: &[Typed], gripper: &Grip) -> Facts {
+    pub fn own_facts(&self, objects: &[Typed], gripper: &GripperContent) -> Facts {
         proprioception(self.domain, self.perception, objects, gripper)
     }
 
@@ -145,7 +145,7 @@ impl Pipeline<'_> {
     pub fn state(
         &self,
         observation: &Observation<'_>,
-        gripper: &Grip,
+        gripper: &GripperContent,
     ) -> Result<State, GrounderError> {
         let grounding = self.judge(observation)?;
         let seen = observation.objects.iter();

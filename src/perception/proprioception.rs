@@ -7,7 +7,7 @@ use crate::pddl::{Atom, Domain, Name, Typed};
 
 /// What the gripper holds, as far as is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Grip {
+pub enum GripperContent {
     /// Nothing.
     Empty,
     /// This object.
@@ -24,13 +24,13 @@ pub fn proprioception(
     domain: &Domain,
     perception: &Perception,
     objects: &[Typed],
-    grip: &Grip,
+    gripper: &GripperContent,
 ) -> Facts {
     let mut facts = Facts::default();
     for spec in &perception.proprioceptive {
         let holds = match spec.when {
-            When::Empty => *grip == Grip::Empty,
-            When::Holding => *grip != Grip::Empty,
+            When::Empty => *gripper == GripperContent::Empty,
+            When::Holding => *gripper != GripperContent::Empty,
         };
         if !holds {
             continue;
@@ -40,8 +40,8 @@ pub fn proprioception(
             let args: Option<Vec<Name>> = spec.args.iter().map(fill).collect();
             args.map(|args| Atom { predicate: spec.predicate.clone(), args })
         };
-        match (spec.args.iter().position(|a| *a == HELD), grip) {
-            (Some(i), Grip::HoldsSomething) => {
+        match (spec.args.iter().position(|a| *a == HELD), gripper) {
+            (Some(i), GripperContent::HoldsSomething) => {
                 let signature = domain.predicate(spec.predicate.as_str());
                 let Some(param) = signature.and_then(|s| s.params.get(i)) else { continue };
                 let fitting = objects.iter().filter(|o| domain.types.fits(&o.types, &param.types));
@@ -49,8 +49,8 @@ pub fn proprioception(
                     facts.set(unknown, Truth::Unknown);
                 }
             }
-            (Some(_), Grip::Holds(name)) => facts.known.extend(atom(Some(name))),
-            (Some(_), Grip::Empty) => {}
+            (Some(_), GripperContent::Holds(name)) => facts.known.extend(atom(Some(name))),
+            (Some(_), GripperContent::Empty) => {}
             (None, _) => facts.known.extend(atom(None)),
         }
     }

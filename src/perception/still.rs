@@ -6,7 +6,7 @@ use super::detectors::{Detector, DetectorError};
 use super::grounders::GrounderError;
 use super::model::ObjectBox;
 use super::pipeline::{FrameView, Observation, Pipeline, State};
-use super::{Detections, Grip, ImageView, name_detections, name_of_phrase};
+use super::{Detections, GripperContent, ImageView, name_detections, name_of_phrase};
 
 /// The named objects that one image shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +75,7 @@ pub fn ground_image(
     detector: &mut dyn Detector,
     image: &ImageView<'_>,
     phrases: &[String],
-    gripper: &Grip,
+    gripper: &GripperContent,
 ) -> Result<GroundedImage, StillError> {
     let named = detect_objects(pipeline, detector, image, phrases)?;
     let frame = FrameView { image: Some(*image), ..FrameView::default() };

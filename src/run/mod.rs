@@ -5,7 +5,7 @@ mod load;
 mod run_file;
 mod domain_folder;
 mod exemplars;
-mod eye;
+mod still_image;
 mod wiring;
 mod observer;
 mod episode;
@@ -17,10 +17,10 @@ pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
 pub(crate) use exemplars::{environment, in_data, view_of};
 pub use exemplars::{exemplar_from_files, read_image};
-pub use eye::Eye;
 pub use load::{load_run, read_text};
 pub use run_file::{
     CameraConfig, CameraKind, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig, RobotKind,
     RunConfig,
 };
+pub use still_image::{StillImageParts, StillImageReader};
 pub use wiring::PreparedRun;

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{
-    CameraKind, ConfigError, DomainFolder, Eye, GoalConfig, RobotKind, RunConfig, environment,
-    in_data,
+    CameraKind, ConfigError, DomainFolder, GoalConfig, RobotKind, RunConfig, StillImageParts,
+    environment, in_data,
 };
 use crate::actors::{
     ActorError, ActorSpec, Checkpoint, Monitor, Serve, goal_parser, planner, scene_parser,
@@ -270,7 +270,7 @@ fn goal_source(
     examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
     data: Option<&Path>,
 ) -> Result<Box<dyn GoalSource>, ConfigError> {
-    let eye = Eye {
+    let parts = StillImageParts {
         folder: Arc::clone(folder),
         examples: Arc::clone(examples),
         detector: config.detector_choice(),
@@ -284,7 +284,7 @@ fn goal_source(
         text: &text.to_string_lossy(),
         language: folder.language.as_ref(),
         perception: Some(&folder.perception),
-        look: Some(eye.into_look()),
+        read_image: Some(parts.into_read_image()),
     };
     Ok(GOALS.build(&PartContext { choice: &choice, inputs, environment })?)
 }

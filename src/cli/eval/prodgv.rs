@@ -10,8 +10,8 @@ use super::super::{Failure, out};
 use super::prodgv_tables::{print_details, print_report};
 use crate::eval::prodgv::matching::ordered_pairs;
 use crate::eval::prodgv::{
-    BoxSource, DomainData, Episode, EvalError, Evaluation, Goals, Jitter, Report, Setup,
-    Vocabulary, data_set, domain_report, evaluate, picture, published,
+    BoxSource, DomainData, EvalError, Evaluation, EvaluationReport, FittedDomain, Goals, Jitter,
+    PairResult, Setup, data_set, domain_report, evaluate, picture, published,
 };
 use crate::goals::GOALS;
 use crate::parts::{PartChoice, PartContext, Registry, Role};
@@ -114,19 +114,19 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let mut domains = BTreeMap::new();
     for data in &data {
         bar.set_message(data.name.clone());
-        let vocabulary = Vocabulary::new(folder(args, &data.name)?, &data.domain)?;
-        let evaluation = evaluate(data, &vocabulary, &setup, &mut |_| bar.inc(1))?;
+        let fitted = FittedDomain::new(folder(args, &data.name)?, &data.domain)?;
+        let evaluation = evaluate(data, &fitted, &setup, &mut |_| bar.inc(1))?;
         let report = domain_report(&evaluation, &data.left_out, args.details);
         for left_out in &report.left_out {
             bar.suspend(|| out::note(&format!("{}: left out: {left_out}", data.name)));
         }
         if let Some(folder) = &args.pictures {
-            draw(folder, data, &vocabulary, &evaluation)?;
+            draw(folder, data, &fitted, &evaluation)?;
         }
         domains.insert(data.name.clone(), report);
     }
     bar.finish_and_clear();
-    let report = Report {
+    let report = EvaluationReport {
         grounder: args.grounder.clone(),
         detections: args.detections.clone(),
         goals: args.goals.clone(),
@@ -232,7 +232,7 @@ fn bar(data: &[DomainData]) -> ProgressBar {
 fn draw(
     folder: &Path,
     data: &DomainData,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     evaluation: &Evaluation,
 ) -> Result<(), Failure> {
     let fault = |path: &Path, reason: String| {
@@ -244,11 +244,11 @@ fn draw(
             out::note(&format!("{}: problem {} has no photograph", data.name, test.number));
             continue;
         };
-        let of_test = |episode: &&Episode| episode.evaluated && episode.pair.1 == test.number;
+        let of_test = |episode: &&PairResult| episode.evaluated && episode.pair.1 == test.number;
         for episode in evaluation.episodes.iter().filter(of_test) {
             let (e, t) = episode.pair;
             let path = folder.join(format!("{}_ex{e}_test{t}.png", data.name));
-            let drawn = picture(episode, &photograph, test, vocabulary)?;
+            let drawn = picture(episode, &photograph, test, fitted)?;
             drawn.save(&path).map_err(|e| fault(&path, e.to_string()))?;
         }
     }
@@ -260,7 +260,7 @@ impl From<EvalError> for Failure {
         match error {
             EvalError::Config(error) => error.into(),
             EvalError::File { .. }
-            | EvalError::Field { .. }
+            | EvalError::Field(_)
             | EvalError::Pddl(_)
             | EvalError::Picture(_) => Self::bad_input(error.render()),
         }

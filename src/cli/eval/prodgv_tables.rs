@@ -3,10 +3,10 @@
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
 use super::super::out;
-use crate::eval::prodgv::{DomainReport, Ratio, Report};
+use crate::eval::prodgv::{DomainReport, EvaluationReport, Ratio};
 
 /// Prints what was measured, then for each domain the paper's figures beside it.
-pub(super) fn print_report(report: &Report) {
+pub(super) fn print_report(report: &EvaluationReport) {
     out::line(&format!(
         "measured: grounder {}, detections {}, goals {}{}, planner {}",
         report.grounder,
@@ -36,7 +36,7 @@ pub(super) fn print_report(report: &Report) {
 }
 
 /// Prints pair by pair, where that was asked for.
-pub(super) fn print_details(report: &Report) {
+pub(super) fn print_details(report: &EvaluationReport) {
     for (name, domain) in &report.domains {
         for pair in &domain.details {
             out::line("");
@@ -60,7 +60,7 @@ pub(super) fn print_details(report: &Report) {
 }
 
 /// One row for each figure, one column for each domain.
-fn measured(report: &Report) -> Table {
+fn measured(report: &EvaluationReport) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     let names = report.domains.keys().map(right);
@@ -98,7 +98,7 @@ fn measured(report: &Report) -> Table {
 }
 
 /// The measured row of a domain, and below it the published ones.
-fn beside_published(report: &Report, name: &str, domain: &DomainReport) -> Table {
+fn beside_published(report: &EvaluationReport, name: &str, domain: &DomainReport) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     table.set_header([

@@ -2,24 +2,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::episode::{Episode, EpisodeInput, EpisodeParts, solve};
 use super::goal;
 use super::matching::{Matching, Nameless, match_implied, matched, renamed_atom, renamed_plan};
+use super::pair::{PairInput, PairParts, PairResult, solve};
 use super::score::score;
 use super::stage;
-use super::{Labelled, Vocabulary};
+use super::{FittedDomain, Labelled};
 use crate::logic::Truth;
 use crate::pddl::{Atom, Domain, Name, Problem, SourceText, Step, parse_problem, print_problem};
-use crate::perception::Grip;
+use crate::perception::GripperContent;
 use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
 use crate::planners::Planner;
 use crate::planning::{Outcome, PlanRequest, Validation, validate};
 
 /// Detected names to true ones, implied objects included.
-pub(super) fn match_all(vocabulary: &Vocabulary, boxes: &[ObjectBox], test: &Labelled) -> Matching {
+pub(super) fn match_all(fitted: &FittedDomain, boxes: &[ObjectBox], test: &Labelled) -> Matching {
     let mut matching = matched(boxes, &test.boxes);
-    let implied = &vocabulary.folder.perception.implied;
+    let implied = &fitted.folder.perception.implied;
     match_implied(&mut matching, implied, &test.problem.objects, &test.boxes);
     matching
 }
@@ -29,26 +29,26 @@ pub(super) fn match_all(vocabulary: &Vocabulary, boxes: &[ObjectBox], test: &Lab
 /// # Errors
 /// What the grounder says.
 pub fn carry_out(
-    parts: &EpisodeParts<'_>,
-    input: &EpisodeInput<'_>,
-) -> Result<Episode, GrounderError> {
-    let EpisodeParts { vocabulary, grounder, planner, .. } = *parts;
-    let EpisodeInput { pair, evaluated, test, observation, .. } = *input;
+    parts: &PairParts<'_>,
+    input: &PairInput<'_>,
+) -> Result<PairResult, GrounderError> {
+    let PairParts { fitted, grounder, planner, .. } = *parts;
+    let PairInput { pair, evaluated, test, observation, .. } = *input;
     let boxes = observation.objects;
-    let folder = &vocabulary.folder;
-    let matching = match_all(vocabulary, boxes, test);
+    let folder = &fitted.folder;
+    let matching = match_all(fitted, boxes, test);
     // In none of the photographs is anything held that the robot itself would know of.
-    let state = vocabulary.pipeline(grounder).state(&observation, &Grip::Empty)?;
-    let score = score(&state.grounding.judged, &matching, &test.init, &vocabulary.observed);
-    let read = goal::read(input.goal, vocabulary, (boxes, &state.objects), &matching);
+    let state = fitted.pipeline(grounder).state(&observation, &GripperContent::Empty)?;
+    let score = score(&state.grounding.judged, &matching, &test.init, &fitted.observed);
+    let read = goal::read(input.goal, fitted, (boxes, &state.objects), &matching);
     let (goal, dropped) = match read {
         Ok(goal) if parts.repair_goals => {
-            let (goal, dropped) = goal::repair(&goal, vocabulary);
+            let (goal, dropped) = goal::repair(&goal, fitted);
             (Ok(goal), dropped)
         }
         other => (other, Vec::new()),
     };
-    let mut episode = Episode {
+    let mut episode = PairResult {
         pair,
         evaluated,
         boxes: boxes.to_vec(),
@@ -70,7 +70,7 @@ pub fn carry_out(
 }
 
 /// Assembles the problem, plans, and tries the plan on it and on the truth.
-fn plan(episode: &mut Episode, domain: &Domain, planner: &dyn Planner, test: &Labelled) {
+fn plan(episode: &mut PairResult, domain: &Domain, planner: &dyn Planner, test: &Labelled) {
     let goal = match &episode.goal {
         Ok(goal) => goal.clone(),
         Err(fault) => {

@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 use super::EvalError;
 use super::forms::inside_of;
 use crate::geometry::PixelBox;
+use crate::mismatch::Mismatch;
 use crate::pddl::{
     Atom, Domain, Name, Problem, SourceText, Step, Typed, parse_domain, parse_plan, parse_problem,
 };
@@ -65,12 +66,9 @@ pub fn read(root: &Path, wanted: &[String]) -> Result<Vec<DomainData>, EvalError
         }
     }
     if let Some(missing) = wanted.iter().find(|name| !names.contains(*name)) {
-        return Err(EvalError::Field {
-            path: folder.display().to_string(),
-            field: "domain".to_owned(),
-            expected: names.into_iter().collect::<Vec<_>>().join(" or "),
-            got: missing.clone(),
-        });
+        let expected = names.into_iter().collect::<Vec<_>>().join(" or ");
+        let at = format!("{}: domain", folder.display());
+        return Err(Mismatch::new(at, expected, missing).into());
     }
     names.retain(|name| wanted.is_empty() || wanted.contains(name));
     if names.is_empty() {
@@ -220,12 +218,7 @@ pub(super) fn fault(path: &Path, reason: &str) -> EvalError {
 }
 
 pub(super) fn field(path: &Path, field: &Name, expected: &str, got: &str) -> EvalError {
-    EvalError::Field {
-        path: path.display().to_string(),
-        field: field.to_string(),
-        expected: expected.to_owned(),
-        got: got.to_owned(),
-    }
+    Mismatch::new(format!("{}: {field}", path.display()), expected, got).into()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::mismatch::Mismatch;
 use crate::pddl::PddlError;
 use crate::run::ConfigError;
 
@@ -17,17 +18,8 @@ pub enum EvalError {
         reason: String,
     },
     /// A file says something that cannot be.
-    #[error("{path}: {field}: expected {expected}, got {got}")]
-    Field {
-        /// The file.
-        path: String,
-        /// The object or key in it.
-        field: String,
-        /// What may stand there.
-        expected: String,
-        /// What does.
-        got: String,
-    },
+    #[error(transparent)]
+    Field(#[from] Mismatch),
     /// A PDDL file is not usable.
     #[error(transparent)]
     Pddl(#[from] PddlError),
@@ -45,7 +37,7 @@ impl EvalError {
         match self {
             Self::Pddl(error) => error.render(),
             Self::Config(error) => error.render(),
-            Self::File { .. } | Self::Field { .. } | Self::Picture(_) => self.to_string(),
+            Self::File { .. } | Self::Field(_) | Self::Picture(_) => self.to_string(),
         }
     }
 }

@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use image::RgbImage;
 
 use super::carry_out::{carry_out, match_all};
-use super::episode::{Episode, EpisodeInput, EpisodeParts};
 use super::goal::{self, GoalFrom};
 use super::jitter::{Jitter, disturbed};
 use super::matching::is_evaluated;
+use super::pair::{PairInput, PairParts, PairResult};
 use super::recorded::Pair;
-use super::score::{Counts, score};
-use super::{DomainData, EvalError, Labelled, Vocabulary};
+use super::score::{FactCounts, score};
+use super::{DomainData, EvalError, FittedDomain, Labelled};
 use crate::geometry::PixelBox;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
 use crate::parts::{PartChoice, PartContext};
@@ -66,11 +66,11 @@ pub struct Setup<'a> {
 #[derive(Debug, Clone)]
 pub struct Evaluation {
     /// Every ordered pair whose input is there.
-    pub episodes: Vec<Episode>,
+    pub episodes: Vec<PairResult>,
     /// Pairs that something recorded is missing for, and what.
     pub left_out: Vec<(Pair, String)>,
     /// Counts over the evaluated pairs with noise on the boxes, one entry per seed.
-    pub jittered: Vec<Counts>,
+    pub jittered: Vec<FactCounts>,
 }
 
 /// Evaluates every ordered pair of a domain; `done` is called after each.
@@ -79,31 +79,29 @@ pub struct Evaluation {
 /// [`EvalError`] naming the file, part or option that is not usable.
 pub fn evaluate(
     data: &DomainData,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     setup: &Setup<'_>,
     done: &mut dyn FnMut(Pair),
 ) -> Result<Evaluation, EvalError> {
     let mut evaluation =
         Evaluation { episodes: Vec::new(), left_out: Vec::new(), jittered: Vec::new() };
     let seeds = setup.jitter.map_or(0, |jitter| jitter.seeds);
-    evaluation.jittered.resize(usize::try_from(seeds).unwrap_or(usize::MAX), Counts::default());
+    evaluation.jittered.resize(usize::try_from(seeds).unwrap_or(usize::MAX), FactCounts::default());
     let mut pictures = BTreeMap::new();
     for exemplar in &data.problems {
-        let grounder = grounder(setup.grounder, vocabulary, exemplar)?;
+        let grounder = grounder(setup.grounder, fitted, exemplar)?;
         let are_looked_at =
             matches!(setup.detections, BoxSource::Detector(_)) || grounder.needs_image();
         if are_looked_at && pictures.is_empty() {
             pictures = read_pictures(data)?;
         }
         let mut detector = match setup.detections {
-            BoxSource::Detector(choice) => {
-                Some(detector(choice, vocabulary, (exemplar, &pictures))?)
-            }
+            BoxSource::Detector(choice) => Some(detector(choice, fitted, (exemplar, &pictures))?),
             BoxSource::Recorded | BoxSource::Annotated => None,
         };
         for test in data.problems.iter().filter(|test| test.number != exemplar.number) {
             let (grounder, picture) = (&*grounder, pictures.get(&test.number));
-            let step = Step { data, vocabulary, setup, grounder, exemplar, test, picture };
+            let step = Step { data, fitted, setup, grounder, exemplar, test, picture };
             let looking = detector.as_deref_mut().zip(picture);
             step.add(looking, &mut evaluation)?;
             done(step.pair());
@@ -115,7 +113,7 @@ pub fn evaluate(
 /// One pair with all that it needs.
 struct Step<'a> {
     data: &'a DomainData,
-    vocabulary: &'a Vocabulary,
+    fitted: &'a FittedDomain,
     setup: &'a Setup<'a>,
     grounder: &'a dyn Grounder,
     exemplar: &'a Labelled,
@@ -140,7 +138,7 @@ impl Step<'_> {
     }
 
     fn pipeline(&self) -> Pipeline<'_> {
-        self.vocabulary.pipeline(self.grounder)
+        self.fitted.pipeline(self.grounder)
     }
 
     fn add(
@@ -171,7 +169,7 @@ impl Step<'_> {
             }
             (Goals::Source(choice), Some(text)) => {
                 let source = self.goal_source(choice, text)?;
-                Some(goal::ask(&*source, self.vocabulary, &boxes)?)
+                Some(goal::ask(&*source, self.fitted, &boxes)?)
             }
         };
         if let (Some((detector, picture)), Some(Ok(parsed))) = (&mut looking, &parsed)
@@ -207,13 +205,13 @@ impl Step<'_> {
         boxes: &[ObjectBox],
         goal: GoalFrom<'_>,
         recorded: Option<(&BTreeSet<Atom>, &[ObjectBox])>,
-    ) -> Result<Episode, EvalError> {
+    ) -> Result<PairResult, EvalError> {
         let evaluated = is_evaluated(self.exemplar, self.test);
         let (pair, test) = (self.pair(), self.test);
         let observation = self.observation(boxes)?;
-        let input = EpisodeInput { pair, evaluated, test, observation, goal, recorded };
-        let parts = EpisodeParts {
-            vocabulary: self.vocabulary,
+        let input = PairInput { pair, evaluated, test, observation, goal, recorded };
+        let parts = PairParts {
+            fitted: self.fitted,
             grounder: self.grounder,
             planner: self.setup.planner,
             repair_goals: self.setup.repair_goals,
@@ -226,7 +224,7 @@ impl Step<'_> {
         choice: &PartChoice,
         instruction: &str,
     ) -> Result<Box<dyn GoalSource>, EvalError> {
-        let folder = &self.vocabulary.folder;
+        let folder = &self.fitted.folder;
         let origin = format!("problem {}: instruction", self.test.number);
         let inputs = GoalInputs {
             perception: Some(&folder.perception),
@@ -241,15 +239,15 @@ impl Step<'_> {
         &self,
         boxes: &[ObjectBox],
         jitter: Jitter,
-        counts: &mut [Counts],
+        counts: &mut [FactCounts],
     ) -> Result<(), EvalError> {
         let pair = (self.exemplar.number, self.test.number);
         for (seed, counts) in (0..).zip(counts) {
             let boxes = disturbed(boxes, jitter.px, seed, pair);
-            let matching = match_all(self.vocabulary, &boxes, self.test);
+            let matching = match_all(self.fitted, &boxes, self.test);
             let grounding = self.pipeline().judge(&self.observation(&boxes)?);
             let judged = grounding.map_err(ConfigError::from)?.judged;
-            let observed = &self.vocabulary.observed;
+            let observed = &self.fitted.observed;
             counts.add(&score(&judged, &matching, &self.test.init, observed));
         }
         Ok(())
@@ -271,11 +269,11 @@ fn read_pictures(data: &DomainData) -> Result<BTreeMap<u32, RgbImage>, EvalError
 
 fn grounder(
     choice: &PartChoice,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     exemplar: &Labelled,
 ) -> Result<Box<dyn Grounder>, EvalError> {
     let exemplars = Exemplars::new(vec![exemplar.exemplar()]).map_err(ConfigError::from)?;
-    let DomainFolder { domain, perception, .. } = &vocabulary.folder;
+    let DomainFolder { domain, perception, .. } = &fitted.folder;
     let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
     let context = PartContext { choice, inputs, environment };
     Ok(GROUNDERS.build(&context).map_err(ConfigError::from)?)
@@ -284,7 +282,7 @@ fn grounder(
 /// A detector that has learnt from the exemplar's photograph.
 fn detector(
     choice: &PartChoice,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     (exemplar, pictures): (&Labelled, &BTreeMap<u32, RgbImage>),
 ) -> Result<Box<dyn Detector>, EvalError> {
     let picture = pictures[&exemplar.number].clone();
@@ -303,7 +301,7 @@ fn detector(
     let inside = clipped.filter(|object| object.pixel_box.is_valid()).collect();
     let example = Exemplar { objects: inside, ..shown };
     let examples = [(picture, example)];
-    Ok(vocabulary.folder.detector(choice, &examples)?)
+    Ok(fitted.folder.detector(choice, &examples)?)
 }
 
 /// The objects that the detector finds in a photograph, under their names.

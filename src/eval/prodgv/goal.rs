@@ -1,7 +1,7 @@
 //! The goal of one episode, over the objects that were detected.
 
 use super::matching::{Matching, Nameless, inverse, nearest, renamed_condition};
-use super::{EvalError, Vocabulary};
+use super::{EvalError, FittedDomain};
 use crate::goals::{GoalError, GoalObject, GoalSource, Language, ParsedGoal, repaired};
 use crate::pddl::{Condition, Name, SourceText, Typed, parse_goal};
 use crate::perception::model::ObjectBox;
@@ -48,17 +48,17 @@ impl GoalFault {
 /// goes to the box that overlaps the recorded one most, as the reference resolves phrases.
 pub(super) fn read(
     from: GoalFrom<'_>,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     (boxes, objects): (&[ObjectBox], &[Typed]),
     matching: &Matching,
 ) -> Result<Condition, GoalFault> {
     match from {
         GoalFrom::Recorded { stub, boxes: recorded } => {
-            read_recorded(stub, recorded, vocabulary, (boxes, objects))
+            read_recorded(stub, recorded, fitted, (boxes, objects))
         }
         GoalFrom::Truth(goal) => {
             let detected = inverse(matching);
-            let constants = &vocabulary.folder.domain.constants;
+            let constants = &fitted.folder.domain.constants;
             let to = |name: &Name| {
                 let constant = constants.iter().find(|c| c.name == *name).map(|c| c.name.clone());
                 detected.get(name).cloned().or(constant)
@@ -79,13 +79,13 @@ pub(super) fn read(
 fn read_recorded(
     stub: &SourceText,
     recorded: &[ObjectBox],
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     (boxes, objects): (&[ObjectBox], &[Typed]),
 ) -> Result<Condition, GoalFault> {
     let unseen = objects.iter().filter(|object| boxes.iter().all(|b| b.name != object.name));
     let spoken = recorded.iter().map(|b| Typed::new(b.name.clone(), b.type_name.clone()));
     let spoken: Vec<Typed> = spoken.chain(unseen.cloned()).collect();
-    let goal = parse_goal(stub, &vocabulary.folder.domain, &spoken)
+    let goal = parse_goal(stub, &fitted.folder.domain, &spoken)
         .map_err(|error| GoalFault::unread(&one_line(&error.to_string())))?;
     if recorded == boxes {
         return Ok(goal);
@@ -106,17 +106,17 @@ fn read_recorded(
 /// are not understood are a fault of the goal.
 pub(super) fn ask(
     source: &dyn GoalSource,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     boxes: &[ObjectBox],
 ) -> Result<Result<ParsedGoal, GoalFault>, EvalError> {
-    let perception = &vocabulary.folder.perception;
-    let language = vocabulary.folder.language.as_ref();
+    let perception = &fitted.folder.perception;
+    let language = fitted.folder.language.as_ref();
     let kind = |name: &Name| language.and_then(|language| kind_of(language, name));
     let mut objects = GoalObject::of_image(perception, boxes);
     for seen in objects.iter_mut().filter(|object| object.pixel_box.is_some()) {
         seen.colour = seen.colour.take().or_else(|| kind(&seen.name));
     }
-    match source.read(&vocabulary.shipped, &objects) {
+    match source.read(&fitted.shipped, &objects) {
         Ok(parsed) => Ok(Ok(parsed)),
         Err(error @ (GoalError::Part(_) | GoalError::Language { .. } | GoalError::Key { .. })) => {
             Err(ConfigError::from(error).into())
@@ -143,9 +143,9 @@ fn kind_of(language: &Language, object: &Name) -> Option<Name> {
 }
 
 /// Drops what contradicts the rest of the goal, and says what and why.
-pub(super) fn repair(goal: &Condition, vocabulary: &Vocabulary) -> (Condition, Vec<String>) {
-    let Some(language) = &vocabulary.folder.language else { return (goal.clone(), Vec::new()) };
-    let repaired = repaired(goal, &language.nevers, &vocabulary.folder.perception.completed);
+pub(super) fn repair(goal: &Condition, fitted: &FittedDomain) -> (Condition, Vec<String>) {
+    let Some(language) = &fitted.folder.language else { return (goal.clone(), Vec::new()) };
+    let repaired = repaired(goal, &language.mutex_rules, &fitted.folder.perception.completed);
     (repaired.goal, repaired.dropped.iter().map(ToString::to_string).collect())
 }
 

@@ -4,7 +4,7 @@ use image::RgbImage;
 
 use super::goal::GoalFault;
 use super::matching::{inverse, renamed_atom};
-use super::{Episode, EvalError, Labelled, Vocabulary};
+use super::{EvalError, FittedDomain, Labelled, PairResult};
 use crate::logic::{Bindings, Truth, Universe, evaluate};
 use crate::pddl::{Atom, Condition, Name};
 use crate::perception::label_of;
@@ -21,22 +21,22 @@ use crate::scene::Visibility;
 /// # Errors
 /// [`EvalError::Picture`] when the built-in font is broken.
 pub fn picture(
-    episode: &Episode,
+    episode: &PairResult,
     photograph: &RgbImage,
     test: &Labelled,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
 ) -> Result<RgbImage, EvalError> {
     let missing = missing(episode);
-    let objects = objects(episode, test, vocabulary, &missing);
-    let edges = edges(episode, vocabulary, &missing);
-    let goal = goal_marks(episode, vocabulary);
+    let objects = objects(episode, test, fitted, &missing);
+    let edges = edges(episode, fitted, &missing);
+    let goal = goal_marks(episode, fitted);
     let remarks = remarks(episode, &missing);
     let plan: Vec<String> =
         episode.plan().unwrap_or_default().iter().map(ToString::to_string).collect();
     let caption = caption(episode);
     let input = PictureInput {
         view: view_around(&objects, photograph.width(), photograph.height()),
-        title: vocabulary.folder.domain.name.as_str(),
+        title: fitted.folder.domain.name.as_str(),
         instruction: test.instruction.as_deref().unwrap_or_default(),
         caption: &caption,
         goal: &goal,
@@ -49,7 +49,7 @@ pub fn picture(
     Ok(draw(photograph, &input)?)
 }
 
-fn caption(episode: &Episode) -> Vec<(String, String)> {
+fn caption(episode: &PairResult) -> Vec<(String, String)> {
     let (exemplar, test) = episode.pair;
     let verdict = match (&episode.success, &episode.failure) {
         (Ok(()), None) => "success".to_owned(),
@@ -66,7 +66,7 @@ fn caption(episode: &Episode) -> Vec<(String, String)> {
 }
 
 /// What is missing, each fact once, with the names of the detections where there are any.
-fn missing(episode: &Episode) -> Vec<Atom> {
+fn missing(episode: &PairResult) -> Vec<Atom> {
     let detected = inverse(&episode.matching);
     let to = |name: &Name| Some(detected.get(name).unwrap_or(name).clone());
     let mut atoms: Vec<Atom> = Vec::new();
@@ -82,12 +82,12 @@ fn missing(episode: &Episode) -> Vec<Atom> {
 
 /// The detections, then the true objects that none stands for.
 fn objects(
-    episode: &Episode,
+    episode: &PairResult,
     test: &Labelled,
-    vocabulary: &Vocabulary,
+    fitted: &FittedDomain,
     missing: &[Atom],
 ) -> Vec<ObjectMark> {
-    let perception = &vocabulary.folder.perception;
+    let perception = &fitted.folder.perception;
     let colour = |type_name: &Name, name: &Name| {
         let label = perception.type_spec(type_name).and_then(|spec| label_of(spec, name));
         let shades = label.and_then(|label| perception.colours.get(label));
@@ -123,7 +123,7 @@ fn objects(
 }
 
 /// The facts of one object alone: recognised, wrong and missing ones.
-fn unary(episode: &Episode, name: &Name, missing: &[Atom]) -> Vec<String> {
+fn unary(episode: &PairResult, name: &Name, missing: &[Atom]) -> Vec<String> {
     let is_of = |atom: &&Atom| atom.args.as_slice() == std::slice::from_ref(name);
     let wrong = |atom: &Atom| episode.score.wrong.contains(atom);
     let known = recognised(episode).filter(is_of);
@@ -136,13 +136,13 @@ fn unary(episode: &Episode, name: &Name, missing: &[Atom]) -> Vec<String> {
 }
 
 /// The atoms that were judged to hold.
-fn recognised(episode: &Episode) -> impl Iterator<Item = &Atom> {
+fn recognised(episode: &PairResult) -> impl Iterator<Item = &Atom> {
     let holds = |judged: &&crate::perception::grounders::Judged| judged.truth == Truth::True;
     episode.state.grounding.judged.iter().filter(holds).map(|judged| &judged.atom)
 }
 
-fn edges(episode: &Episode, vocabulary: &Vocabulary, missing: &[Atom]) -> Vec<EdgeMark> {
-    let orders = &vocabulary.folder.perception.constraints.strict_order;
+fn edges(episode: &PairResult, fitted: &FittedDomain, missing: &[Atom]) -> Vec<EdgeMark> {
+    let orders = &fitted.folder.perception.constraints.strict_order;
     let edge = |atom: &Atom, kind: EdgeKind| {
         let [from, to] = atom.args.as_slice() else { return None };
         let (predicate, from, to) = (atom.predicate.clone(), from.clone(), to.clone());
@@ -156,7 +156,7 @@ fn edges(episode: &Episode, vocabulary: &Vocabulary, missing: &[Atom]) -> Vec<Ed
     known.chain(missing).collect()
 }
 
-fn goal_marks(episode: &Episode, vocabulary: &Vocabulary) -> Vec<GoalMark> {
+fn goal_marks(episode: &PairResult, fitted: &FittedDomain) -> Vec<GoalMark> {
     let goal = match &episode.goal {
         Ok(goal) => goal,
         Err(GoalFault { why, .. }) => {
@@ -166,7 +166,7 @@ fn goal_marks(episode: &Episode, vocabulary: &Vocabulary) -> Vec<GoalMark> {
     let whole = std::slice::from_ref(goal);
     let parts = if let Condition::And(parts) = goal { parts.as_slice() } else { whole };
     let objects = &episode.state.objects;
-    let universe = Universe { types: &vocabulary.folder.domain.types, objects };
+    let universe = Universe { types: &fitted.folder.domain.types, objects };
     let truth = |atom: &Atom| episode.state.facts.truth(atom);
     let mark = |part: &Condition| GoalMark {
         text: part.to_string(),
@@ -175,7 +175,7 @@ fn goal_marks(episode: &Episode, vocabulary: &Vocabulary) -> Vec<GoalMark> {
     parts.iter().map(mark).collect()
 }
 
-fn remarks(episode: &Episode, missing: &[Atom]) -> Vec<Remark> {
+fn remarks(episode: &PairResult, missing: &[Atom]) -> Vec<Remark> {
     let remark = |text: String, kind: RemarkKind| Remark { text, kind };
     let wrong = episode.score.wrong.iter().map(|a| remark(a.to_string(), RemarkKind::Wrong));
     let missing = missing.iter().map(|atom| remark(atom.to_string(), RemarkKind::Missing));

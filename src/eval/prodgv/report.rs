@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::episode::Failure;
 use super::evaluate::Evaluation;
 use super::jitter::Jitter;
+use super::pair::Failure;
 use super::published::Published;
-use super::score::Counts;
+use super::score::FactCounts;
 
 /// The whole report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct EvaluationReport {
     /// The grounder.
     pub grounder: String,
     /// Where the boxes came from.
@@ -145,7 +145,7 @@ pub struct PairReport {
 /// The figures of one domain; `details` asks for those of each pair too.
 pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool) -> DomainReport {
     let episodes = &evaluation.episodes;
-    let mut counts = Counts::default();
+    let mut counts = FactCounts::default();
     let evaluated = || episodes.iter().filter(|episode| episode.evaluated);
     evaluated().for_each(|episode| counts.add(&episode.score));
     let n_pairs = counts.pairs;
@@ -180,22 +180,22 @@ pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool
     }
 }
 
-fn jitter_report(seeds: &[Counts]) -> Option<JitterReport> {
-    let mean = |value: &dyn Fn(&Counts) -> Option<f64>| {
+fn jitter_report(seeds: &[FactCounts]) -> Option<JitterReport> {
+    let mean = |value: &dyn Fn(&FactCounts) -> Option<f64>| {
         let values: Option<Vec<f64>> = seeds.iter().map(value).collect();
         values.map(|values| values.iter().sum::<f64>() / seeds.len() as f64)
     };
-    let whole = |value: fn(&Counts) -> usize| mean(&|counts| Some(value(counts) as f64));
+    let whole = |value: fn(&FactCounts) -> usize| mean(&|counts| Some(value(counts) as f64));
     (!seeds.is_empty()).then(|| JitterReport {
-        precision: mean(&Counts::precision),
-        recall: mean(&Counts::recall),
-        f1: mean(&Counts::f1),
+        precision: mean(&FactCounts::precision),
+        recall: mean(&FactCounts::recall),
+        f1: mean(&FactCounts::f1),
         exact_states: whole(|counts| counts.exact).unwrap_or_default(),
         unknown: whole(|counts| counts.unknown).unwrap_or_default(),
     })
 }
 
-fn pair_report(episode: &super::Episode) -> PairReport {
+fn pair_report(episode: &super::PairResult) -> PairReport {
     fn texts<T: ToString>(list: &[T]) -> Vec<String> {
         list.iter().map(ToString::to_string).collect()
     }

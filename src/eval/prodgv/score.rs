@@ -65,7 +65,7 @@ pub fn score(
 
 /// Sums over the pairs of a domain.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct FactCounts {
     /// Pairs.
     pub pairs: usize,
     /// Predicted atoms that hold.
@@ -82,7 +82,7 @@ pub struct Counts {
     pub inferred: usize,
 }
 
-impl Counts {
+impl FactCounts {
     /// Adds one pair.
     pub fn add(&mut self, score: &Score) {
         self.pairs += 1;
@@ -171,9 +171,9 @@ mod tests {
 
     #[test]
     fn without_predictions_there_is_no_precision() {
-        let counts = Counts::default();
+        let counts = FactCounts::default();
         assert_eq!((counts.precision(), counts.recall(), counts.f1()), (None, None, None));
-        let counts = Counts { tp: 3, fp: 1, fn_: 3, ..counts };
+        let counts = FactCounts { tp: 3, fp: 1, fn_: 3, ..counts };
         assert_eq!((counts.precision(), counts.recall()), (Some(0.75), Some(0.5)));
         assert_eq!(counts.f1(), Some(0.6));
     }

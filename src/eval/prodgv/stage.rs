@@ -10,8 +10,8 @@
 //! 4. *planning*: facts and goal are right, and there is no plan or not a valid one.
 
 use super::Labelled;
-use super::episode::{Episode, Failure, Stage, solve};
 use super::matching::{nearest, renamed_condition};
+use super::pair::{Failure, PairResult, Stage, solve};
 use crate::pddl::{Domain, Name, Problem};
 use crate::perception::model::ObjectBox;
 use crate::planners::Planner;
@@ -26,7 +26,7 @@ const NAMED_MAX: usize = 4;
 
 /// What went wrong with a pair, if anything.
 pub(super) fn failure(
-    episode: &Episode,
+    episode: &PairResult,
     test: &Labelled,
     domain: &Domain,
     planner: &dyn Planner,
@@ -40,7 +40,7 @@ pub(super) fn failure(
 }
 
 fn cause(
-    episode: &Episode,
+    episode: &PairResult,
     test: &Labelled,
     domain: &Domain,
     planner: &dyn Planner,
@@ -74,7 +74,7 @@ fn cause(
 
 /// Why the goal is at fault, if it is.
 fn goal_fault(
-    episode: &Episode,
+    episode: &PairResult,
     test: &Labelled,
     domain: &Domain,
     planner: &dyn Planner,
@@ -139,7 +139,7 @@ fn detection_fault(boxes: &[ObjectBox], test: &Labelled, domain: &Domain) -> Opt
     (!faults.is_empty()).then(|| listed(&faults))
 }
 
-fn fact_fault(episode: &Episode) -> String {
+fn fact_fault(episode: &PairResult) -> String {
     let score = &episode.score;
     let mut parts = Vec::new();
     for (what, atoms) in [("wrong", &score.wrong), ("missing", &score.missing)] {

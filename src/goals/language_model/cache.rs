@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 
-use super::dialect::Answer;
+use crate::http::chat::ChatResponse;
 
 /// A folder of answers.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl Cache {
     }
 
     /// The answer to a request that was asked before. An entry that is damaged is as good as none.
-    pub(super) fn get(&self, request: &Value) -> Option<Answer> {
+    pub(super) fn get(&self, request: &Value) -> Option<ChatResponse> {
         let path = self.path(request);
         let text = match fs::read_to_string(&path) {
             Ok(text) => text,
@@ -43,7 +43,7 @@ impl Cache {
         };
         match serde_json::from_str::<Entry>(&text) {
             Ok(entry) if entry.request == *request => {
-                Some(Answer { text: entry.answer, is_cut: entry.is_cut })
+                Some(ChatResponse { text: entry.answer, is_cut: entry.is_cut })
             }
             Ok(_) => {
                 tracing::warn!(path = %path.display(), "a kept answer is for another request");
@@ -57,7 +57,7 @@ impl Cache {
     }
 
     /// Keeps an answer. Without room for it the next time asks again, which is only said.
-    pub(super) fn put(&self, request: &Value, answer: &Answer) {
+    pub(super) fn put(&self, request: &Value, answer: &ChatResponse) {
         let entry =
             Entry { request: request.clone(), answer: answer.text.clone(), is_cut: answer.is_cut };
         let path = self.path(request);
@@ -91,7 +91,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::new(folder.path().join("answers"));
         let request = json!({"model": "m", "messages": ["a"]});
-        let answer = Answer { text: "(a)".to_owned(), is_cut: false };
+        let answer = ChatResponse { text: "(a)".to_owned(), is_cut: false };
         assert_eq!(cache.get(&request), None);
         cache.put(&request, &answer);
         assert_eq!(cache.get(&request), Some(answer.clone()));

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::dialect::Dialect;
 use crate::http::Patience;
+use crate::http::chat::ChatDialect;
 
 /// The options, as written.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -17,7 +17,7 @@ pub(super) struct Options {
     /// The model's name there.
     pub(super) model: String,
     /// What the server understands beside the common part.
-    pub(super) dialect: Dialect,
+    pub(super) dialect: ChatDialect,
     /// The environment variable that holds the key, for servers that want one.
     pub(super) key_env: Option<String>,
     /// The worked example; without it, the first of `language.toml` that can be read.

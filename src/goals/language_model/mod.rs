@@ -7,9 +7,8 @@
 
 mod cache;
 mod config;
-mod dialect;
 mod gbnf;
-mod plausible;
+mod candidate_objects;
 mod prompt;
 mod validate;
 
@@ -17,12 +16,12 @@ use serde_json::Value;
 
 use self::cache::Cache;
 use self::config::{ExampleOption, Options};
-use self::dialect::{Answer, Question, Turn};
 use self::prompt::Example;
 use self::validate::{Judged, Rules};
 use super::{
-    GoalError, GoalObject, GoalSource, Language, ParsedGoal, Phrase, Referent, fixed, lexicon,
+    GoalError, GoalObject, GoalSource, Language, ParsedGoal, Phrase, Referent, instruction, logical,
 };
+use crate::http::chat::{ChatRequest, ChatResponse, ChatTurn, response_of};
 use crate::http::{Client, Header, Request, WebError, shown_url};
 use crate::messages::named_objects;
 use crate::mismatch::Mismatch;
@@ -33,7 +32,7 @@ use crate::pddl::{Condition, Domain, Name, SourceText, Typed};
 const ANSWER_CHARS_MAX: usize = 2000;
 
 /// Most bytes of an instruction.
-const INSTRUCTION_BYTES_MAX: usize = lexicon::INSTRUCTION_BYTES_MAX;
+const INSTRUCTION_BYTES_MAX: usize = instruction::INSTRUCTION_BYTES_MAX;
 
 /// The goal source of kind `language_model`.
 #[derive(Debug)]
@@ -116,7 +115,8 @@ impl GoalSource for LanguageModel {
             positions_can_be_told(language, domain, objects, &self.instruction)?;
         }
         let seen = from_left_to_right(objects);
-        let unseen = plausible::unseen(&self.instruction, domain, self.language.as_ref(), objects);
+        let unseen =
+            candidate_objects::unseen(&self.instruction, domain, self.language.as_ref(), objects);
         let all: Vec<Typed> =
             seen.iter().chain(&domain.constants).chain(&unseen).cloned().collect();
         let Some(grammar) = gbnf::grammar(domain, &all) else {
@@ -148,7 +148,7 @@ impl LanguageModel {
     /// Asks until an answer is valid or `attempts_max` is met.
     fn converse(
         &self,
-        mut turns: Vec<Turn>,
+        mut turns: Vec<ChatTurn>,
         grammar: &str,
         rules: &Rules<'_>,
     ) -> Result<(Condition, Vec<String>), GoalError> {
@@ -156,10 +156,11 @@ impl LanguageModel {
         let mut repaired = None;
         let mut wrong = String::new();
         for attempt in 1..=*attempts_max {
-            let question = Question {
+            let question = ChatRequest {
                 model,
                 turns: &turns,
                 grammar,
+                key: "goal",
                 temperature: *temperature,
                 tokens_max: *tokens_max,
             };
@@ -176,7 +177,7 @@ impl LanguageModel {
             };
             tracing::info!(attempt, answer = answer.text, wrong, "the model's goal is not valid");
             let said = answer.text.chars().take(ANSWER_CHARS_MAX).collect();
-            turns.push(Turn { role: "assistant", content: said });
+            turns.push(ChatTurn { role: "assistant", content: said });
             turns.push(prompt::correction(&wrong));
         }
         let Some((goal, dropped)) = repaired else {
@@ -192,7 +193,7 @@ impl LanguageModel {
     }
 
     /// One answer: kept, or from the server.
-    fn ask(&self, body: &Value) -> Result<Answer, GoalError> {
+    fn ask(&self, body: &Value) -> Result<ChatResponse, GoalError> {
         if let Some(kept) = self.cache.as_ref().and_then(|cache| cache.get(body)) {
             tracing::debug!("a kept answer");
             return Ok(kept);
@@ -207,7 +208,7 @@ impl LanguageModel {
         if let Some(usage) = reply.body.get("usage") {
             tracing::info!(%usage, "the model's tokens");
         }
-        let answer = dialect::answer_of(&reply.body).ok_or_else(|| {
+        let answer = response_of(&reply.body).ok_or_else(|| {
             self.refused("expected choices[0].message.content in the reply, got none".to_owned())
         })?;
         if let Some(cache) = &self.cache {
@@ -256,7 +257,7 @@ impl LanguageModel {
         let Some(language) = &self.language else { return Ok(None) };
         let read = |objects: &[GoalObject]| {
             language.examples.iter().find_map(|instruction| {
-                let parsed = lexicon::parse(instruction, domain, language, objects).ok()?;
+                let parsed = instruction::parse(instruction, domain, language, objects).ok()?;
                 let seen = from_left_to_right(objects);
                 Some(Example {
                     instruction: instruction.clone(),
@@ -279,7 +280,7 @@ impl LanguageModel {
             objects.push(GoalObject { name, type_name, colour: None, pixel_box: None });
         }
         let source = SourceText::new("goal.options.example.goal", option.goal.clone());
-        let parsed = fixed::parse(&source, domain, &objects)?;
+        let parsed = logical::parse(&source, domain, &objects)?;
         let listed = objects.into_iter().map(|o| Typed::new(o.name, o.type_name));
         let objects = listed.chain(parsed.expected).collect();
         Ok(Example { instruction: option.instruction.clone(), objects, goal: parsed.goal })

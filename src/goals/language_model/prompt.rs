@@ -2,8 +2,8 @@
 //!
 //! What stays the same stands first, so that a server can keep what it has read of it.
 
-use super::dialect::{Form, Turn};
 use super::gbnf::in_layout;
+use crate::http::chat::{ChatForm, ChatTurn};
 use crate::pddl::{Condition, Domain, Name, Typed};
 
 /// A worked example.
@@ -17,37 +17,37 @@ pub(super) struct Example {
 /// The conversation up to the instruction.
 pub(super) fn turns(
     domain: &Domain,
-    form: Form,
+    form: ChatForm,
     example: Option<&Example>,
     objects: &[Typed],
     instruction: &str,
-) -> Vec<Turn> {
-    let mut turns = vec![Turn { role: "system", content: rules(domain, form) }];
+) -> Vec<ChatTurn> {
+    let mut turns = vec![ChatTurn { role: "system", content: rules(domain, form) }];
     if let Some(example) = example {
         let content = task(&example.objects, &example.instruction);
-        turns.push(Turn { role: "user", content });
-        turns.push(Turn { role: "assistant", content: answer(&example.goal, form) });
+        turns.push(ChatTurn { role: "user", content });
+        turns.push(ChatTurn { role: "assistant", content: answer(&example.goal, form) });
     }
-    turns.push(Turn { role: "user", content: task(objects, instruction) });
+    turns.push(ChatTurn { role: "user", content: task(objects, instruction) });
     turns
 }
 
 /// What is said after an answer that is not valid.
-pub(super) fn correction(wrong: &str) -> Turn {
+pub(super) fn correction(wrong: &str) -> ChatTurn {
     let content = format!("This is no valid goal:\n{wrong}\nWrite the corrected goal only.");
-    Turn { role: "user", content }
+    ChatTurn { role: "user", content }
 }
 
 /// A goal as the model should write it.
-fn answer(goal: &Condition, form: Form) -> String {
+fn answer(goal: &Condition, form: ChatForm) -> String {
     let text = in_layout(goal);
     match form {
-        Form::Pddl => text,
-        Form::Json => serde_json::json!({ "goal": text }).to_string(),
+        ChatForm::Grammar => text,
+        ChatForm::Json => serde_json::json!({ "goal": text }).to_string(),
     }
 }
 
-fn rules(domain: &Domain, form: Form) -> String {
+fn rules(domain: &Domain, form: ChatForm) -> String {
     let name = &domain.name;
     let mut lines = vec![
         format!("You translate an instruction for a robot into a PDDL goal of the domain {name}."),
@@ -70,7 +70,7 @@ fn rules(domain: &Domain, form: Form) -> String {
         ]
         .map(str::to_owned),
     );
-    if form == Form::Json {
+    if form == ChatForm::Json {
         lines.push("Answer with JSON: {\"goal\": \"(and …)\"}.".to_owned());
     }
     lines.join("\n")

@@ -1,8 +1,8 @@
 //! Whether an answer is a goal, whatever the server promised.
 
 use super::super::repair::{self, Repaired};
-use super::super::{Language, lexicon};
-use super::dialect::{Answer, Form};
+use super::super::{Language, instruction};
+use crate::http::chat::{ChatForm, ChatResponse};
 use crate::logic::{Bindings, substitute};
 use crate::messages::named_objects;
 use crate::pddl::{Atom, Condition, Domain, Name, SourceText, Typed, parse_goal};
@@ -40,7 +40,11 @@ pub(super) enum Judged {
 }
 
 /// Judges an answer; the error is for the model to read.
-pub(super) fn judged(answer: &Answer, form: Form, rules: &Rules<'_>) -> Result<Judged, String> {
+pub(super) fn judged(
+    answer: &ChatResponse,
+    form: ChatForm,
+    rules: &Rules<'_>,
+) -> Result<Judged, String> {
     let text = goal_text(answer, form)?;
     let source = SourceText::new("goal", text);
     let goal = parse_goal(&source, rules.domain, rules.objects).map_err(|error| {
@@ -53,11 +57,12 @@ pub(super) fn judged(answer: &Answer, form: Form, rules: &Rules<'_>) -> Result<J
         return Err("it asks for nothing".to_owned());
     }
     let Some(language) = rules.language else { return Ok(Judged::Good(goal)) };
-    if let Some(circle) = lexicon::first_circle(&repair::ground_atoms(&goal), &language.acyclic) {
+    if let Some(circle) = instruction::first_circle(&repair::ground_atoms(&goal), &language.acyclic)
+    {
         return Err(format!("these statements go in a circle: {circle}"));
     }
     let Repaired { goal: repaired, dropped, contradictions } =
-        repair::repaired(&goal, &language.nevers, rules.completed);
+        repair::repaired(&goal, &language.mutex_rules, rules.completed);
     let told = |list: &[repair::Conflict]| -> Vec<String> {
         list.iter().map(ToString::to_string).collect()
     };
@@ -67,7 +72,8 @@ pub(super) fn judged(answer: &Answer, form: Form, rules: &Rules<'_>) -> Result<J
     let instances = instances(&repaired, rules);
     for (idx, later) in instances.iter().enumerate() {
         let mut earlier = instances[..idx].iter();
-        let excluding = |e: &Atom| language.nevers.iter().find(|never| never.excludes(e, later));
+        let excluding =
+            |e: &Atom| language.mutex_rules.iter().find(|never| never.excludes(e, later));
         if let Some((earlier, never)) = earlier.find_map(|e| Some((e, excluding(e)?))) {
             return Err(format!("{later} excludes {earlier}: {}", never.because));
         }
@@ -127,14 +133,14 @@ fn has_atom(condition: &Condition) -> bool {
 
 /// The PDDL in an answer, which may stand in a fence, in JSON, after a model's thoughts or between
 /// sentences.
-fn goal_text(answer: &Answer, form: Form) -> Result<String, String> {
+fn goal_text(answer: &ChatResponse, form: ChatForm) -> Result<String, String> {
     let text = answer.text.rsplit("</think>").next().unwrap_or_default();
     let text = fenced(text).trim();
     let cut = if answer.is_cut { " (the answer was too long and has been cut)" } else { "" };
     if text.is_empty() {
         return Err(format!("the answer is empty{cut}"));
     }
-    let text = if text.starts_with('{') || form == Form::Json && !text.starts_with('(') {
+    let text = if text.starts_with('{') || form == ChatForm::Json && !text.starts_with('(') {
         let parsed: Result<serde_json::Value, _> = serde_json::from_str(text);
         let value = parsed.map_err(|e| format!("expected JSON {{\"goal\": \"…\"}}: {e}{cut}"))?;
         let goal = value.get("goal").and_then(serde_json::Value::as_str);
@@ -163,7 +169,7 @@ mod tests {
     use crate::pddl::parse_domain;
 
     #[track_caller]
-    fn check(answer: &str, form: Form, expected: Result<&str, &str>) {
+    fn check(answer: &str, form: ChatForm, expected: Result<&str, &str>) {
         let text = include_str!("../../../domains/blocksworld/domain.pddl");
         let domain = parse_domain(&SourceText::new("domain.pddl", text)).unwrap().value;
         let text = include_str!("../../../domains/blocksworld/language.toml");
@@ -177,7 +183,7 @@ mod tests {
             objects: &objects,
             unseen: &objects[2..],
         };
-        let answer = Answer { text: answer.to_owned(), is_cut: false };
+        let answer = ChatResponse { text: answer.to_owned(), is_cut: false };
         match (judged(&answer, form, &rules), expected) {
             (Ok(Judged::Good(goal)), Ok(wanted)) => assert_eq!(goal.to_string(), wanted),
             (Ok(Judged::Repairable { goal, wrong, .. }), Ok(wanted)) => {
@@ -201,10 +207,10 @@ mod tests {
             "{\"goal\": \"(on a b)\"}",
             "```json\n{\"goal\": \"(:goal (on a b))\"}\n```",
         ] {
-            check(answer, Form::Pddl, Ok("(on a b)"));
+            check(answer, ChatForm::Grammar, Ok("(on a b)"));
             check(
                 answer,
-                Form::Json,
+                ChatForm::Json,
                 if answer.starts_with("The") { Err("expected JSON") } else { Ok("(on a b)") },
             );
         }
@@ -230,7 +236,7 @@ mod tests {
             ("(and (forall (?x - block) (on ?x c)))", "a block carries one block only"),
             ("(and (on b c) (forall (?x - block) (and (on a ?x) (clear c))))", "excludes"),
         ] {
-            check(answer, Form::Pddl, Err(wanted));
+            check(answer, ChatForm::Grammar, Err(wanted));
         }
     }
 
@@ -238,10 +244,10 @@ mod tests {
     fn completed_atoms_that_contradict_the_rest_can_be_dropped() {
         let wanted = "(and (on a b)) without (clear b) excludes (on a b): a block under another \
                       block is not clear";
-        check("(and (on a b) (clear b))", Form::Pddl, Ok(wanted));
+        check("(and (on a b) (clear b))", ChatForm::Grammar, Ok(wanted));
         check(
             "(forall (?x - block) (clear ?x))",
-            Form::Pddl,
+            ChatForm::Grammar,
             Ok("(forall (?x - block) (clear ?x))"),
         );
     }

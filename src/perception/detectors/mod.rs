@@ -7,7 +7,7 @@ mod colour;
 mod boxes;
 mod lab;
 mod palette;
-mod looks;
+mod colour_namer;
 mod annotated;
 mod http;
 mod onnx;

@@ -1,5 +1,6 @@
 //! Which tuples of objects a predicate may hold of.
 
+use crate::mismatch::Mismatch;
 use crate::pddl::{Domain, Name, Types};
 use crate::perception::model::{ObjectBox, ObservedSpec, PerceptionError};
 
@@ -16,11 +17,8 @@ pub fn slots(domain: &Domain, spec: &ObservedSpec) -> Result<CandidateSlots, Per
         return Ok(candidates.clone());
     }
     let Some(signature) = domain.predicate(spec.predicate.as_str()) else {
-        return Err(PerceptionError::Value {
-            field: "observed.predicate".to_owned(),
-            expected: "a predicate of the domain".to_owned(),
-            got: spec.predicate.to_string(),
-        });
+        let expected = "a predicate of the domain";
+        return Err(Mismatch::new("observed.predicate", expected, &spec.predicate).into());
     };
     Ok(signature.params.iter().map(|p| p.types.clone()).collect())
 }

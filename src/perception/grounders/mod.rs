@@ -4,13 +4,13 @@
 
 mod candidates;
 mod judged;
-mod examples;
-mod nearest;
-mod joint;
+mod nearest_index;
+mod s2s;
+mod s2s_joint;
 
 pub use candidates::{CandidateSlots, slots, tuples};
 pub use judged::{Basis, Evidence, Grounding, Judged};
-pub use nearest::S2s;
+pub use s2s::S2s;
 
 use thiserror::Error;
 
@@ -103,4 +103,4 @@ impl From<PerceptionError> for PartError {
 }
 
 /// Every grounder by its name in configuration files, in alphabetical order.
-pub static GROUNDERS: Registry<dyn Grounder> = Registry(&[nearest::PART, joint::PART]);
+pub static GROUNDERS: Registry<dyn Grounder> = Registry(&[s2s::PART, s2s_joint::PART]);

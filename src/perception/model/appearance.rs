@@ -1,10 +1,11 @@
 //! How objects of a type look: the `[[type]]` tables of `perception.toml`.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::perception::{Perception, PerceptionError, value};
+use super::error::{PerceptionError, value};
 use crate::pddl::Name;
 
 /// One visible type, for the detectors.
@@ -131,9 +132,10 @@ impl fmt::Display for Srgb {
 }
 
 impl TypeSpec {
-    pub(super) fn check(&self, perception: &Perception) -> Result<(), PerceptionError> {
+    /// Checks the type by itself and against the colours that `[colours]` describes.
+    pub(super) fn check(&self, shades: &BTreeMap<Name, Vec<Srgb>>) -> Result<(), PerceptionError> {
         for colour in &self.colours {
-            if perception.colours.get(colour).is_none_or(Vec::is_empty) {
+            if shades.get(colour).is_none_or(Vec::is_empty) {
                 let field = format!("type.{}.colours", self.name);
                 return Err(value(field, "colours that [colours] describes", colour));
             }

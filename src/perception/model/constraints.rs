@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
+use super::error::{PerceptionError, arity, value};
 use super::features::feature_by_name;
-use super::perception::{PerceptionError, arity, value};
 use crate::pddl::{Domain, Name};
 
 /// Properties that every consistent set of observed facts has.
@@ -39,7 +39,7 @@ pub struct Constraints {
     pub support: Vec<Support>,
     /// Further features that a predicate is judged by.
     #[serde(default)]
-    pub second_opinion: Vec<SecondOpinion>,
+    pub second_opinion: Vec<FeatureVote>,
 }
 
 /// A group of predicates of which each object has exactly one atom ("at one place, or carried"). As
@@ -48,13 +48,13 @@ pub struct Constraints {
 #[serde(deny_unknown_fields)]
 pub struct ExactlyOneOf {
     /// The places of the object, counted from 1, as in `["at.1", "carry.2"]`.
-    pub arguments: Vec<Place>,
+    pub arguments: Vec<PredicateArgument>,
 }
 
 /// An argument of a predicate, written as in `carry.2`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-pub struct Place {
+pub struct PredicateArgument {
     /// The predicate.
     pub predicate: Name,
     /// The argument, counted from 0.
@@ -81,7 +81,7 @@ pub struct Support {
 /// A further feature that a predicate is judged by; the opinions of all its features add up.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SecondOpinion {
+pub struct FeatureVote {
     /// The predicate; an observed one.
     pub predicate: Name,
     /// The feature.
@@ -90,7 +90,7 @@ pub struct SecondOpinion {
     pub feature_with_volumes: Option<String>,
 }
 
-impl TryFrom<String> for Place {
+impl TryFrom<String> for PredicateArgument {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -169,7 +169,7 @@ impl Constraints {
     }
 }
 
-impl SecondOpinion {
+impl FeatureVote {
     fn check(&self, domain: &Domain, observed: &[&Name]) -> Result<(), PerceptionError> {
         let n = arity(domain, "constraints.second_opinion.predicate", &self.predicate)?;
         if !observed.contains(&&self.predicate) {
@@ -183,7 +183,7 @@ impl SecondOpinion {
             let Some(name) = name else { continue };
             if feature_by_name(name).is_none_or(|feature| feature.arity != n) {
                 let field = format!("constraints.second_opinion.{key}");
-                return Err(value(field, &format!("a feature of {n} objects"), name));
+                return Err(value(field, format!("a feature of {n} objects"), name));
             }
         }
         Ok(())

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::{ObjectBox, json_entries};
 use crate::geometry::{Aabb, PixelBox};
+use crate::mismatch::Mismatch;
 use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
 
 /// One labelled example.
@@ -55,17 +56,8 @@ pub enum ExemplarError {
         message: String,
     },
     /// A box is not usable.
-    #[error("{file}: {object}: expected {expected}, got {got}")]
-    Box {
-        /// The file.
-        file: String,
-        /// The object whose box it is.
-        object: String,
-        /// What a box must be.
-        expected: String,
-        /// What it is.
-        got: String,
-    },
+    #[error(transparent)]
+    Box(#[from] Mismatch),
     /// The state file is not a problem of the domain.
     #[error("{0}")]
     State(#[from] PddlError),
@@ -93,12 +85,7 @@ pub(super) fn entries(file: &SourceText) -> Result<Vec<(Name, serde_json::Value)
 
 /// What is wrong with what a file says of an object: what was expected, and what is there.
 pub(super) fn fault(file: &str, object: &Name) -> impl Fn(&str, String) -> ExemplarError {
-    move |expected, got| ExemplarError::Box {
-        file: file.to_owned(),
-        object: object.to_string(),
-        expected: expected.to_owned(),
-        got,
-    }
+    move |expected, got| Mismatch::new(format!("{file}: {object}"), expected, got).into()
 }
 
 impl Exemplar {

@@ -1,5 +1,6 @@
 //! How a domain's objects and facts are perceived: `perception.toml` and the labelled examples.
 
+mod error;
 mod object_box;
 mod entries;
 mod appearance;
@@ -12,7 +13,8 @@ pub(crate) mod features;
 pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec};
 pub use constraints::Constraints;
 pub use entries::json_entries;
+pub use error::PerceptionError;
 pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
 pub use features::{FEATURE_LENGTH_MAX, FEATURES, Feature, FeatureVector, Needs, feature_by_name};
 pub use object_box::ObjectBox;
-pub use perception::{Implied, ObservedSpec, Perception, PerceptionError, Proprioceptive, When};
+pub use perception::{Implied, ObservedSpec, Perception, Proprioceptive, When};

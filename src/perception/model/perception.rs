@@ -1,13 +1,12 @@
 //! `perception.toml`: everything about seeing that belongs to one domain.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::Deserialize;
-use thiserror::Error;
 
 use super::appearance::{Srgb, TypeSpec};
 use super::constraints::Constraints;
+use super::error::{PerceptionError, arity, value};
 use super::features::{Needs, feature_by_name};
 use crate::pddl::{Domain, Name};
 
@@ -88,35 +87,6 @@ pub enum When {
     Holding,
 }
 
-/// A perception file is not usable.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum PerceptionError {
-    /// Not TOML, or not of the documented form.
-    #[error("{file}: {message}")]
-    Form {
-        /// The file.
-        file: String,
-        /// What the parser says, with line and column.
-        message: String,
-    },
-    /// A colour is not written as it should be.
-    #[error("expected a colour such as \"#e50000\", got {text:?}")]
-    Colour {
-        /// What stands there.
-        text: String,
-    },
-    /// A value contradicts the domain or another value.
-    #[error("{field}: expected {expected}, got {got}")]
-    Value {
-        /// The key that holds it, such as `type.block.width`.
-        field: String,
-        /// What may stand there.
-        expected: String,
-        /// What does stand there.
-        got: String,
-    },
-}
-
 impl Perception {
     /// Reads a perception file and checks it by itself; `file` is named in errors.
     ///
@@ -126,7 +96,7 @@ impl Perception {
     pub fn parse(file: &str, text: &str) -> Result<Self, PerceptionError> {
         let perception: Self = toml::from_str(text)
             .map_err(|e| PerceptionError::Form { file: file.to_owned(), message: e.to_string() })?;
-        perception.types.iter().try_for_each(|t| t.check(&perception))?;
+        perception.types.iter().try_for_each(|t| t.check(&perception.colours))?;
         Ok(perception)
     }
 
@@ -222,7 +192,7 @@ impl Proprioceptive {
         let field = format!("proprioceptive.{}.args", self.predicate);
         let n = arity(domain, "proprioceptive.predicate", &self.predicate)?;
         if self.args.len() != n {
-            return Err(value(field, &format!("{n} arguments"), self.args.len()));
+            return Err(value(field, format!("{n} arguments"), self.args.len()));
         }
         for arg in &self.args {
             let held = *arg == HELD && self.when == When::Holding;
@@ -236,27 +206,6 @@ impl Proprioceptive {
 
 /// The argument that stands for the object in the gripper.
 pub(in crate::perception) const HELD: &str = "held";
-
-pub(super) fn value(
-    field: impl Into<String>,
-    expected: &str,
-    got: impl fmt::Display,
-) -> PerceptionError {
-    PerceptionError::Value {
-        field: field.into(),
-        expected: expected.to_owned(),
-        got: got.to_string(),
-    }
-}
-
-pub(super) fn arity(
-    domain: &Domain,
-    field: &str,
-    predicate: &Name,
-) -> Result<usize, PerceptionError> {
-    let found = domain.predicate(predicate.as_str()).map(|p| p.params.len());
-    found.ok_or_else(|| value(field, "a predicate of the domain", predicate))
-}
 
 #[cfg(test)]
 mod tests {

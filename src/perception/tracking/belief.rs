@@ -21,7 +21,7 @@ pub(super) struct Entry {
     pub(super) origin: Origin,
     pub(super) confidence: f32,
     candidate: Truth,
-    streak: u32,
+    agreeing_frames: u32,
 }
 
 /// What one frame says of an atom.
@@ -51,14 +51,14 @@ pub(super) struct Belief {
 
 /// What holds facts back in this frame.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Frozen {
+pub(super) struct Latched {
     /// Atoms that the running step is about to change.
     pub(super) atoms: BTreeSet<Atom>,
     /// The object that it carries.
     pub(super) carried: Option<Name>,
 }
 
-impl Frozen {
+impl Latched {
     pub(super) fn holds_back(&self, atom: &Atom) -> bool {
         self.atoms.contains(atom)
             || self.carried.as_ref().is_some_and(|carried| atom.args.contains(carried))
@@ -66,14 +66,14 @@ impl Frozen {
 }
 
 impl Belief {
-    /// Takes in one frame: the judged atoms, what is frozen, which objects are lost from sight for
+    /// Takes in one frame: the judged atoms, what is latched, which objects are lost from sight for
     /// good, and what a step that has just ended predicts.
     ///
     /// Returns how many facts are seen otherwise than believed and are not confirmed yet.
     pub(super) fn update(
         &mut self,
         readings: &BTreeMap<Atom, Reading>,
-        frozen: &Frozen,
+        latched: &Latched,
         lost: &BTreeSet<Name>,
         predicted: Option<&Effects>,
         confirm_frames: u32,
@@ -85,7 +85,7 @@ impl Belief {
                 origin: Origin::Observed,
                 confidence: 0.0,
                 candidate: Truth::Unknown,
-                streak: 0,
+                agreeing_frames: 0,
             });
         }
         let mut unsettled = 0;
@@ -93,7 +93,7 @@ impl Belief {
             let reading = readings.get(atom);
             let expected = predicted.and_then(|effects| effects.truth(atom));
             entry.read(reading);
-            if frozen.holds_back(atom) {
+            if latched.holds_back(atom) {
                 continue;
             }
             match (reading, expected) {
@@ -102,7 +102,7 @@ impl Belief {
                 }
                 (None, Some(expected)) => entry.believe(expected, Origin::Predicted),
                 (Some(reading), _) => {
-                    if entry.streak >= confirm_frames {
+                    if entry.agreeing_frames >= confirm_frames {
                         entry.believe(entry.candidate, reading.origin());
                     }
                     unsettled += u32::from(entry.confirmed != entry.candidate);
@@ -149,10 +149,11 @@ impl Entry {
     fn read(&mut self, reading: Option<&Reading>) {
         let Some(reading) = reading else {
             self.raw = Truth::Unknown;
-            self.streak = 0;
+            self.agreeing_frames = 0;
             return;
         };
-        self.streak = if self.candidate == reading.truth { self.streak + 1 } else { 1 };
+        self.agreeing_frames =
+            if self.candidate == reading.truth { self.agreeing_frames + 1 } else { 1 };
         self.raw = reading.truth;
         self.candidate = reading.truth;
         self.confidence = reading.confidence;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::belief::{Belief, Frozen, Reading};
+use super::belief::{Belief, Latched, Reading};
 use super::occlusion::hull_in_image;
 use super::tracker::{Renamed, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
@@ -12,7 +12,7 @@ use crate::messages::{Effects, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
 use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
-use crate::perception::{Detection, Detections, Grip, Observation};
+use crate::perception::{Detection, Detections, GripperContent, Observation};
 use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
@@ -20,7 +20,7 @@ use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 pub struct SceneParser {
     tracker: Tracker,
     belief: Belief,
-    grip: Grip,
+    gripper: GripperContent,
     running: Option<RunningStep>,
     /// What was believed after the last frame, completed.
     confirmed: Facts,
@@ -39,7 +39,7 @@ impl Default for SceneParser {
         Self {
             tracker: Tracker::default(),
             belief: Belief::default(),
-            grip: Grip::Empty,
+            gripper: GripperContent::Empty,
             running: None,
             confirmed: Facts::default(),
         }
@@ -73,7 +73,7 @@ impl SceneParser {
         let ended = self.end_step(context);
         if let Some(robot) = context.robot {
             let reach_m = config.belief.grasp_reach_m;
-            self.grip = gripper::follow(&self.grip, robot, &self.tracker.tracks, reach_m);
+            self.gripper = gripper::follow(&self.gripper, robot, &self.tracker.tracks, reach_m);
         }
         let occluders = self.occluders(config, context, &detections.objects);
         // Names come from the tracks: until then, objects are called by their types.
@@ -87,16 +87,16 @@ impl SceneParser {
         self.rename(config.belief.confirm_frames);
 
         let (readings, anomalies) = self.judge(config, context)?;
-        let frozen = self.frozen();
+        let latched = self.latched();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
         let unsettled =
-            self.belief.update(&readings, &frozen, &lost, ended.as_ref(), confirm_frames);
+            self.belief.update(&readings, &latched, &lost, ended.as_ref(), confirm_frames);
         let anomalies = self.belief.anomaly(anomalies, confirm_frames);
         let objects = self.objects(config);
         let typed: Vec<Typed> =
             objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
-        let own = self.own_facts(config, &typed, &frozen);
+        let own = self.own_facts(config, &typed, &latched);
         let facts = self.facts(config, &typed, &own);
         let cause = context.cause;
         Ok(Scene { cause, objects, facts, anomalies, unsettled, detect_us: 0, ground_us: 0 })
@@ -114,7 +114,7 @@ impl SceneParser {
 
     /// Lets objects take the goal's phrases as their names, while no step depends on the old ones.
     fn rename(&mut self, confirm_frames: u32) {
-        if self.running.is_some() || self.grip != Grip::Empty {
+        if self.running.is_some() || self.gripper != GripperContent::Empty {
             return;
         }
         for Renamed { from, to } in self.tracker.rename(confirm_frames) {
@@ -158,7 +158,7 @@ impl SceneParser {
         {
             occluders.extend(hull_in_image(hull, robot, model));
         }
-        if let Grip::Holds(name) = &self.grip
+        if let GripperContent::Holds(name) = &self.gripper
             && let Some(hand) = occluders.first().copied()
             && let Some(track) = self.tracker.tracks.iter().find(|t| t.object.name == *name)
         {
@@ -181,10 +181,10 @@ impl SceneParser {
         context: &FrameContext<'_>,
     ) -> Result<(BTreeMap<Atom, Reading>, Vec<Anomaly>), GrounderError> {
         let hidden_frames_max = config.belief.hidden_frames_max;
-        let known = self.tracker.tracks.iter().filter(|t| t.hidden_frames <= hidden_frames_max);
+        let known = self.tracker.tracks.iter().filter(|t| t.frames_since_seen <= hidden_frames_max);
         let known = known.filter(|t| !self.is_held(&t.object.name));
         let visible: BTreeSet<&Name> =
-            known.clone().filter(|t| t.hidden_frames == 0).map(|t| &t.object.name).collect();
+            known.clone().filter(|t| t.frames_since_seen == 0).map(|t| &t.object.name).collect();
         let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
         let observation = Observation { frame: context.view, objects: &boxes };
         let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation)?;
@@ -200,13 +200,13 @@ impl SceneParser {
     }
 
     fn is_held(&self, name: &Name) -> bool {
-        matches!(&self.grip, Grip::Holds(held) if held == name)
+        matches!(&self.gripper, GripperContent::Holds(held) if held == name)
     }
 
-    fn frozen(&self) -> Frozen {
-        let Some(running) = &self.running else { return Frozen::default() };
+    fn latched(&self) -> Latched {
+        let Some(running) = &self.running else { return Latched::default() };
         let effects = &running.effects;
-        Frozen {
+        Latched {
             atoms: effects.add.union(&effects.delete).cloned().collect(),
             carried: running.carried.clone(),
         }
@@ -214,7 +214,7 @@ impl SceneParser {
 
     /// Objects that have been out of sight for too long; never the one in the gripper.
     fn lost(&self, hidden_frames_max: u32) -> BTreeSet<Name> {
-        let lost = self.tracker.tracks.iter().filter(|t| t.hidden_frames > hidden_frames_max);
+        let lost = self.tracker.tracks.iter().filter(|t| t.frames_since_seen > hidden_frames_max);
         lost.map(|t| t.object.name.clone()).filter(|name| !self.is_held(name)).collect()
     }
 
@@ -227,7 +227,7 @@ impl SceneParser {
             score: t.score,
             visibility: if self.is_held(&t.object.name) {
                 Visibility::Held
-            } else if t.hidden_frames > 0 {
+            } else if t.frames_since_seen > 0 {
                 Visibility::Hidden
             } else {
                 Visibility::Visible
@@ -250,8 +250,8 @@ impl SceneParser {
 
     /// What the robot knows of itself; while a step runs, what that step is about to change keeps
     /// its value.
-    fn own_facts(&self, config: &ParserConfig, objects: &[Typed], frozen: &Frozen) -> OwnFacts {
-        let raw = config.pipeline().own_facts(objects, &self.grip);
+    fn own_facts(&self, config: &ParserConfig, objects: &[Typed], latched: &Latched) -> OwnFacts {
+        let raw = config.pipeline().own_facts(objects, &self.gripper);
         let mut confirmed = raw.clone();
         let is_own = |atom: &Atom| {
             config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate)
@@ -262,7 +262,7 @@ impl SceneParser {
             .chain(&raw.unknown)
             .chain(&self.confirmed.known)
             .chain(&self.confirmed.unknown)
-            .filter(|atom| is_own(atom) && frozen.holds_back(atom))
+            .filter(|atom| is_own(atom) && latched.holds_back(atom))
             .cloned()
             .collect();
         for atom in atoms {

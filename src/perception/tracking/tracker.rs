@@ -25,9 +25,9 @@ pub(super) struct Track {
     pub(super) score: f32,
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
-    pub(super) hidden_frames: u32,
+    pub(super) frames_since_seen: u32,
     /// What a phrase of the goal calls it, and for how many frames in a row.
-    called: Option<(Name, u32)>,
+    phrase_votes: Option<(Name, u32)>,
     /// Whether its name is a phrase of the goal: then it keeps it.
     is_phrase: bool,
 }
@@ -75,7 +75,7 @@ impl Tracker {
                 Some(detection) if !track.is_hidden_by(&detection, occluders) => {
                     track.see(detection, capture_ns);
                 }
-                _ => track.hidden_frames = track.hidden_frames.saturating_add(1),
+                _ => track.frames_since_seen = track.frames_since_seen.saturating_add(1),
             }
         }
         let born = free.into_iter().flatten();
@@ -91,7 +91,7 @@ impl Tracker {
         let mut renamed = Vec::new();
         for idx in 0..self.tracks.len() {
             let track = &self.tracks[idx];
-            let Some((to, frames)) = track.called.clone() else { continue };
+            let Some((to, frames)) = track.phrase_votes.clone() else { continue };
             let is_free = self.tracks.iter().all(|other| other.object.name != to);
             if track.is_phrase || frames < confirm_frames || !is_free {
                 continue;
@@ -158,8 +158,8 @@ impl Tracker {
                 label: detection.label,
                 score: detection.score,
                 seen_ns: capture_ns,
-                hidden_frames: 0,
-                called: None,
+                frames_since_seen: 0,
+                phrase_votes: None,
                 is_phrase,
             });
         }
@@ -211,8 +211,8 @@ impl Track {
         };
         self.score = detection.score;
         self.seen_ns = capture_ns;
-        self.hidden_frames = 0;
-        self.called = detection.phrase.map(|phrase| match self.called.take() {
+        self.frames_since_seen = 0;
+        self.phrase_votes = detection.phrase.map(|phrase| match self.phrase_votes.take() {
             Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
             Some(_) | None => (phrase, 1),
         });

@@ -8,11 +8,11 @@
 mod bitmask;
 mod regions;
 mod outline;
-mod appearance;
+mod blob_filters;
 
 use std::collections::BTreeMap;
 
-use super::looks::used_colours;
+use super::colour_namer::used_colours;
 use super::palette::{NONE, Palette, cell};
 use super::{Detector, DetectorError};
 use crate::parts::{Part, PartContext, PartError, no_options};
@@ -21,8 +21,8 @@ use crate::perception::model::{ObjectBox, Perception, TypeSpec};
 use crate::perception::naming::{label_of, name_detections};
 use crate::perception::phrases::answer;
 use crate::perception::{Detection, Detections, ImageView};
-use appearance::{is_seam, stands_out};
 use bitmask::BitMask;
+use blob_filters::{is_seam, stands_out};
 use outline::{SizeLimits, Sizes, find};
 use regions::Region;
 

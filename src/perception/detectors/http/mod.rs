@@ -19,7 +19,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::boxes::clipped;
-use super::looks::Looks;
+use super::colour_namer::ColourNamer;
 use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
 use crate::http::{Client, Patience, Reply, Request, shown_url};
@@ -150,7 +150,7 @@ struct HttpDetector {
     url: String,
     key: Option<String>,
     client: Client,
-    looks: Looks,
+    colour_namer: ColourNamer,
     /// What each type is asked for, in the order of the perception file.
     prompts: Vec<String>,
 }
@@ -195,8 +195,15 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
             format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}");
         return Err(PartError::file("perception.toml", message));
     }
-    let (client, looks) = (client(&options.patience)?, Looks::new(perception)?);
-    Ok(Box::new(HttpDetector { key: key.transpose()?, options, url, client, looks, prompts }))
+    let (client, colour_namer) = (client(&options.patience)?, ColourNamer::new(perception)?);
+    Ok(Box::new(HttpDetector {
+        key: key.transpose()?,
+        options,
+        url,
+        client,
+        colour_namer,
+        prompts,
+    }))
 }
 
 fn client(patience: &Patience) -> Result<Client, DetectorError> {
@@ -215,7 +222,7 @@ fn prompt_of(spec: &TypeSpec) -> String {
 
 impl Detector for HttpDetector {
     fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError> {
-        self.looks.learn(image, objects);
+        self.colour_namer.learn(image, objects);
         Ok(())
     }
 
@@ -227,14 +234,14 @@ impl Detector for HttpDetector {
         let fault = |e: ::image::ImageError| self.reply_error(&e.to_string());
         let text = self.options.image.base64(image).map_err(fault)?;
         let found = self.boxes(image, &text, &self.prompts)?;
-        let types = &self.looks.perception().types;
+        let types = &self.colour_namer.perception().types;
         let objects: Vec<Detection> = found
             .into_iter()
             .filter_map(|Found { query_idx, pixel_box, score }| {
-                Some(self.looks.detection(image, types.get(query_idx)?, (pixel_box, score)))
+                Some(self.colour_namer.detection(image, types.get(query_idx)?, (pixel_box, score)))
             })
             .collect();
-        let objects = self.looks.sorted(objects, self.options.duplicate_iou);
+        let objects = self.colour_namer.sorted(objects, self.options.duplicate_iou);
         let places = self.boxes(image, &text, phrases)?.into_iter();
         let phrases = places.filter_map(|Found { query_idx, pixel_box, score }| {
             Some(PhraseBox { phrase: phrases.get(query_idx)?.clone(), pixel_box, score })

@@ -12,7 +12,7 @@ use super::input::{Fit, values};
 use crate::parts::{PartContext, PartError};
 use crate::pddl::Name;
 use crate::perception::detectors::boxes::clipped;
-use crate::perception::detectors::looks::Looks;
+use crate::perception::detectors::colour_namer::ColourNamer;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::model::ObjectBox;
 use crate::perception::phrases::answer;
@@ -25,7 +25,7 @@ struct OnnxDetector {
     input: NodeId,
     outputs: Vec<NodeId>,
     description: Description,
-    looks: Looks,
+    colour_namer: ColourNamer,
 }
 
 pub(super) fn build(
@@ -60,14 +60,14 @@ pub(super) fn build(
     };
     let outputs = description.output.tensors().into_iter().map(node);
     let outputs = outputs.collect::<Result<Vec<NodeId>, PartError>>()?;
-    let looks = Looks::new(context.inputs.perception)?;
+    let colour_namer = ColourNamer::new(context.inputs.perception)?;
     let file = context.path(&options.model).display().to_string();
-    Ok(Box::new(OnnxDetector { file, model, input, outputs, description, looks }))
+    Ok(Box::new(OnnxDetector { file, model, input, outputs, description, colour_namer }))
 }
 
 impl Detector for OnnxDetector {
     fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError> {
-        self.looks.learn(image, objects);
+        self.colour_namer.learn(image, objects);
         Ok(())
     }
 
@@ -88,7 +88,7 @@ impl Detector for OnnxDetector {
         let fit = Fit::new(&self.description.input, image);
         let mut objects: Vec<Detection> = Vec::new();
         for candidate in found.map_err(wrong)? {
-            let perception = self.looks.perception();
+            let perception = self.colour_namer.perception();
             let type_name = self.description.type_of(candidate.class);
             let Some(spec) = type_name.and_then(|name| perception.type_spec(name)) else {
                 continue;
@@ -96,13 +96,13 @@ impl Detector for OnnxDetector {
             match clipped(fit.to_frame(candidate.edges), image) {
                 Ok(pixel_box) => {
                     let score = candidate.score.min(1.0);
-                    objects.push(self.looks.detection(image, spec, (pixel_box, score)));
+                    objects.push(self.colour_namer.detection(image, spec, (pixel_box, score)));
                 }
                 Err(reason) => tracing::debug!(reason, ?candidate, "a box is not used"),
             }
         }
-        let objects = self.looks.sorted(objects, self.description.duplicate_iou);
-        let perception = self.looks.perception();
+        let objects = self.colour_namer.sorted(objects, self.description.duplicate_iou);
+        let perception = self.colour_namer.perception();
         let names = name_detections(perception, &objects);
         let phrases = answer(perception, (&names, &objects), phrases);
         Ok(Detections { objects, phrases })

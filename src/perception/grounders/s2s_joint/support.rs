@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::board::{BAND, Board};
-use super::choice::{Choice, Row, choose};
+use super::assignment::{Assignment, BAND};
+use super::branch_and_bound::{Choice, Row, choose};
+use super::exemplar_evidence::holds;
 use super::extent::Extent;
-use super::seen::holds;
 use crate::logic::Truth;
 use crate::pddl::Name;
 use crate::perception::model::constraints::{Constraints, Support};
@@ -18,14 +18,14 @@ const LIFTED_MIN: f64 = 0.75;
 
 /// What the labelled examples show of a support predicate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Lesson {
+pub(super) struct SupportModel {
     /// By which share of their width the boxes of touching objects overlap.
     sunk: f64,
     /// The greatest height at which an object stood on the ground.
     ground: Option<f64>,
 }
 
-impl Lesson {
+impl SupportModel {
     /// From the examples; `None` if none shows an object on another. `is_part` says which objects
     /// the predicate may hold of.
     pub(super) fn learn(
@@ -57,9 +57,9 @@ impl Lesson {
 }
 
 /// One support predicate of one scene.
-struct Stage<'a> {
+struct SupportSolver<'a> {
     support: &'a Support,
-    lesson: Lesson,
+    model: SupportModel,
     /// The objects that may rest on each other, the highest first.
     parts: Vec<usize>,
     /// Where each stands, if that is known.
@@ -78,29 +78,34 @@ struct Pair {
 
 /// Decides a support predicate between `parts`, the objects that it may hold of.
 pub(super) fn decide(
-    board: &mut Board,
+    assignment: &mut Assignment,
     parts: Vec<usize>,
-    (support, lesson): (&Support, Lesson),
+    (support, model): (&Support, SupportModel),
     constraints: &Constraints,
 ) {
-    let stage = Stage::new(board, parts, support, lesson);
-    let pairs = stage.pairs(board);
-    for &(_, place) in &board.tuples(&support.predicate).to_vec() {
-        board.decide(place, Truth::False);
+    let solver = SupportSolver::new(assignment, parts, support, model);
+    let pairs = solver.pairs(assignment);
+    for &(_, place) in &assignment.tuples(&support.predicate).to_vec() {
+        assignment.decide(place, Truth::False);
     }
-    let below = stage.choose(board, &pairs, constraints);
-    stage.find_gaps(board, &pairs, &below);
-    stage.find_hanging(board, &below);
+    let below = solver.choose(assignment, &pairs, constraints);
+    solver.find_gaps(assignment, &pairs, &below);
+    solver.find_hanging(assignment, &below);
 }
 
-impl<'a> Stage<'a> {
-    fn new(board: &Board, mut parts: Vec<usize>, support: &'a Support, lesson: Lesson) -> Self {
+impl<'a> SupportSolver<'a> {
+    fn new(
+        assignment: &Assignment,
+        mut parts: Vec<usize>,
+        support: &'a Support,
+        model: SupportModel,
+    ) -> Self {
         parts.sort_by(|&a, &b| {
-            board.extents[b].level().total_cmp(&board.extents[a].level()).then(a.cmp(&b))
+            assignment.extents[b].level().total_cmp(&assignment.extents[a].level()).then(a.cmp(&b))
         });
-        let mut places = vec![None; board.names.len()];
-        for (args, place) in support.stack_at.iter().flat_map(|name| board.tuples(name)) {
-            if board.judged[*place].truth == Truth::True {
+        let mut places = vec![None; assignment.names.len()];
+        for (args, place) in support.stack_at.iter().flat_map(|name| assignment.tuples(name)) {
+            if assignment.judged[*place].truth == Truth::True {
                 places[args[0]] = Some(args[1]);
             }
         }
@@ -113,27 +118,28 @@ impl<'a> Stage<'a> {
                 next.insert(above, part);
             }
         }
-        Self { support, lesson, parts, places, next }
+        Self { support, model, parts, places, next }
     }
 
     /// Every pair that the heights and stacks allow. In a stack, touching speaks for a pair; anywhere
     /// else a gap only speaks against it, since what is behind may look as if it were on top.
-    fn pairs(&self, board: &Board) -> Vec<Pair> {
+    fn pairs(&self, assignment: &Assignment) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for (at, &upper) in self.parts.iter().enumerate() {
             for &lower in &self.parts[at + 1..] {
-                let (Some(place), Some(fit)) =
-                    (board.place(&self.support.predicate, upper, lower), self.fit(upper, lower))
-                else {
+                let (Some(place), Some(fit)) = (
+                    assignment.place(&self.support.predicate, upper, lower),
+                    self.fit(upper, lower),
+                ) else {
                     continue;
                 };
-                let (above, below) = (&board.extents[upper], &board.extents[lower]);
-                let geometry = above.touches(below, self.lesson.sunk).min(above.is_over(below));
+                let (above, below) = (&assignment.extents[upper], &assignment.extents[lower]);
+                let geometry = above.touches(below, self.model.sunk).min(above.is_over(below));
                 pairs.push(Pair {
                     upper,
                     lower,
                     place,
-                    weight: board.weights[place] + geometry.min(fit),
+                    weight: assignment.weights[place] + geometry.min(fit),
                 });
             }
         }
@@ -151,11 +157,11 @@ impl<'a> Stage<'a> {
     /// Accepts pairs; returns what each object rests on.
     fn choose(
         &self,
-        board: &mut Board,
+        assignment: &mut Assignment,
         pairs: &[Pair],
         constraints: &Constraints,
     ) -> Vec<Option<usize>> {
-        let n = board.names.len();
+        let n = assignment.names.len();
         let is_listed = |list: &[Name]| list.contains(&self.support.predicate);
         let functional = is_listed(&constraints.functional);
         let inverse = is_listed(&constraints.inverse_functional);
@@ -178,46 +184,46 @@ impl<'a> Stage<'a> {
             let pair = &pairs[origin[choice]];
             below[pair.upper] = Some(pair.lower);
             let clear = pair.weight >= BAND;
-            board.decide(pair.place, if clear { Truth::True } else { Truth::Unknown });
+            assignment.decide(pair.place, if clear { Truth::True } else { Truth::Unknown });
         }
         below
     }
 
     /// Neighbours in a stack that do not touch: something unseen is between them.
-    fn find_gaps(&self, board: &mut Board, pairs: &[Pair], below: &[Option<usize>]) {
+    fn find_gaps(&self, assignment: &mut Assignment, pairs: &[Pair], below: &[Option<usize>]) {
         for pair in pairs {
             let free = below[pair.upper].is_none() && !below.contains(&Some(pair.lower));
             if self.next.get(&pair.upper) == Some(&pair.lower) && free {
-                board.decide(pair.place, Truth::Unknown);
-                board.anomaly("a gap between", &[pair.upper, pair.lower]);
+                assignment.decide(pair.place, Truth::Unknown);
+                assignment.anomaly("a gap between", &[pair.upper, pair.lower]);
             } else if free && pair.weight > -BAND {
-                board.decide(pair.place, Truth::Unknown);
+                assignment.decide(pair.place, Truth::Unknown);
             }
         }
     }
 
     /// Objects over the ground that rest on nothing seen.
-    fn find_hanging(&self, board: &mut Board, below: &[Option<usize>]) {
-        let Some(ground) = self.lesson.ground else { return };
+    fn find_hanging(&self, assignment: &mut Assignment, below: &[Option<usize>]) {
+        let Some(ground) = self.model.ground else { return };
         for &part in &self.parts {
-            let extent = board.extents[part];
+            let extent = assignment.extents[part];
             let lifted = extent.bottom() - ground > LIFTED_MIN * extent.height();
             if below[part].is_some() || self.next.contains_key(&part) || !lifted {
                 continue;
             }
             let beneath = |&&other: &&usize| {
-                let other_extent = &board.extents[other];
+                let other_extent = &assignment.extents[other];
                 other_extent.level() < extent.level() && extent.is_over(other_extent) > 0.0
             };
             // `parts` goes downwards: the first is the nearest.
             let nearest = self.parts.iter().find(beneath).copied();
             let free = nearest.filter(|&other| !below.contains(&Some(other)));
             if let Some(place) =
-                free.and_then(|other| board.place(&self.support.predicate, part, other))
+                free.and_then(|other| assignment.place(&self.support.predicate, part, other))
             {
-                board.decide(place, Truth::Unknown);
+                assignment.decide(place, Truth::Unknown);
             }
-            board.anomaly("nothing under", &[part]);
+            assignment.anomaly("nothing under", &[part]);
         }
     }
 }

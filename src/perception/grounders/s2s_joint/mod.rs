@@ -4,8 +4,8 @@
 //! Accepted is the set of atoms with the most evidence that keeps every constraint; where the evidence
 //! does not decide, an atom is unknown, and what no set of facts explains is an anomaly. Stages:
 //!
-//! 1. `fixtures`: predicates that constrain by number (`exactly_one`, `functional`, …), by branch and
-//!    bound (`choice`);
+//! 1. `cardinality`: predicates that constrain by number (`exactly_one`, `functional`, …), by branch and
+//!    bound (`branch_and_bound`);
 //! 2. `support`: what rests on what, from the same evidence and from where the boxes are (`extent`);
 //! 3. `order`: strict orders.
 //!
@@ -13,12 +13,12 @@
 //! "at most one", and an order is total only where the examples relate all objects.
 
 mod extent;
-mod board;
-mod choice;
-mod fixtures;
+mod assignment;
+mod branch_and_bound;
+mod cardinality;
 mod support;
 mod order;
-mod seen;
+mod exemplar_evidence;
 #[cfg(test)]
 mod tests;
 
@@ -29,30 +29,30 @@ use super::{CandidateSlots, Grounder, GrounderError, GrounderInputs, Grounding, 
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Domain, Name, Types};
 use crate::perception::Observation;
-use crate::perception::model::constraints::{Constraints, SecondOpinion, Support};
+use crate::perception::model::constraints::{Constraints, FeatureVote, Support};
 use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
-use board::Board;
-use fixtures::Due;
-use seen::Seen;
-use support::Lesson;
+use assignment::Assignment;
+use cardinality::Required;
+use exemplar_evidence::ExemplarEvidence;
+use support::SupportModel;
 
 /// The joint grounder.
 #[derive(Debug, Clone)]
 struct Joint {
     s2s: S2s,
     /// The same tuples by further features.
-    opinions: Option<S2s>,
+    feature_votes: Option<S2s>,
     constraints: Constraints,
     /// The observed predicates that only numbers constrain.
     numbered: Vec<Name>,
-    due: Due,
+    required: Required,
     types: Types,
     /// For each `support`: the types of the objects that may rest on each other.
     parts: Vec<Vec<Name>>,
     /// For each `support`: what the examples show in the image.
-    flat: Vec<Option<Lesson>>,
+    flat: Vec<Option<SupportModel>>,
     /// The same in the world, where the examples have volumes.
-    deep: Option<Vec<Option<Lesson>>>,
+    deep: Option<Vec<Option<SupportModel>>>,
     /// The strict orders that the examples show to be total.
     total: Vec<Name>,
 }
@@ -87,26 +87,26 @@ impl Joint {
             None => Vec::new(),
         };
         let parts: Vec<Vec<Name>> = supports.clone().map(types_of).collect();
-        let lessons = |deep: bool| -> Vec<Option<Lesson>> {
-            let lesson = |(support, types): (&Support, &Vec<Name>)| {
+        let models = |deep: bool| -> Vec<Option<SupportModel>> {
+            let model = |(support, types): (&Support, &Vec<Name>)| {
                 let is_part = |object: &ObjectBox| is_of(&domain.types, object, types);
-                Lesson::learn(&support.predicate, exemplars, deep, is_part)
+                SupportModel::learn(&support.predicate, exemplars, deep, is_part)
             };
-            supports.clone().zip(&parts).map(lesson).collect()
+            supports.clone().zip(&parts).map(model).collect()
         };
         let judged = s2s.judged_predicates().collect();
-        let seen = Seen { types: &domain.types, exemplars, slots: &slots, judged };
-        let (due, total) = (seen.due(&constraints), seen.total(&constraints));
+        let evidence = ExemplarEvidence { types: &domain.types, exemplars, slots: &slots, judged };
+        let (required, total) = (evidence.required(&constraints), evidence.total(&constraints));
         let is_numbered = |name: &&Name| {
             let supports = constraints.support.iter().any(|support| support.predicate == **name);
             !supports && !constraints.strict_order.contains(name)
         };
         Ok(Self {
-            opinions: opinions(domain, perception, exemplars)?,
+            feature_votes: feature_votes(domain, perception, exemplars)?,
             numbered: perception.observed_predicates().filter(is_numbered).cloned().collect(),
-            due,
-            flat: lessons(false),
-            deep: exemplars.have_volumes().then(|| lessons(true)),
+            required,
+            flat: models(false),
+            deep: exemplars.have_volumes().then(|| models(true)),
             types: domain.types.clone(),
             parts,
             total,
@@ -125,29 +125,29 @@ impl Grounder for Joint {
 impl Joint {
     fn judge(&self, objects: &[ObjectBox]) -> Grounding {
         let with_depth = objects.iter().any(|object| object.volume.is_some());
-        let lessons = self.deep.as_ref().filter(|_| with_depth);
-        let (deep, lessons) = (lessons.is_some(), lessons.unwrap_or(&self.flat));
-        let mut board = Board::new(objects, deep, self.s2s.judge(objects).judged);
-        if let Some(opinions) = &self.opinions {
-            board.add_opinions(&opinions.judge(objects).judged);
+        let models = self.deep.as_ref().filter(|_| with_depth);
+        let (deep, models) = (models.is_some(), models.unwrap_or(&self.flat));
+        let mut assignment = Assignment::new(objects, deep, self.s2s.judge(objects).judged);
+        if let Some(feature_votes) = &self.feature_votes {
+            assignment.add_feature_votes(&feature_votes.judge(objects).judged);
         }
-        let numbered: Vec<&Name> = self.numbered.iter().filter(|p| board.judges(p)).collect();
-        fixtures::decide(&mut board, &numbered, &self.constraints, &self.due);
+        let numbered: Vec<&Name> = self.numbered.iter().filter(|p| assignment.judges(p)).collect();
+        cardinality::decide(&mut assignment, &numbered, &self.constraints, &self.required);
         for (n, support) in self.constraints.support.iter().enumerate() {
-            if let Some(lesson) = lessons[n] {
+            if let Some(model) = models[n] {
                 let in_sight = objects.iter().filter(|o| !deep || o.volume.is_some());
                 let parts = in_sight.filter(|o| is_of(&self.types, o, &self.parts[n]));
-                let parts = board.numbers(parts.map(|object| &object.name));
-                support::decide(&mut board, parts, (support, lesson), &self.constraints);
+                let parts = assignment.numbers(parts.map(|object| &object.name));
+                support::decide(&mut assignment, parts, (support, model), &self.constraints);
             }
         }
         for order in self.constraints.strict_order.iter().filter(|o| self.s2s_judges(o)) {
             let supports = self.constraints.support.iter();
             let agreeing: Vec<&Name> =
                 supports.filter(|s| s.agrees_with.contains(order)).map(|s| &s.predicate).collect();
-            order::decide(&mut board, order, self.total.contains(order), &agreeing);
+            order::decide(&mut assignment, order, self.total.contains(order), &agreeing);
         }
-        board.finish()
+        assignment.finish()
     }
 }
 
@@ -158,18 +158,18 @@ impl Joint {
 }
 
 /// The grounder by the further features, where the domain names any.
-fn opinions(
+fn feature_votes(
     domain: &Domain,
     perception: &Perception,
     exemplars: &Exemplars,
 ) -> Result<Option<S2s>, PerceptionError> {
-    let spec = |opinion: &SecondOpinion| {
-        let own = perception.observed.iter().find(|spec| spec.predicate == opinion.predicate);
+    let spec = |vote: &FeatureVote| {
+        let own = perception.observed.iter().find(|spec| spec.predicate == vote.predicate);
         ObservedSpec {
-            predicate: opinion.predicate.clone(),
-            feature: Some(opinion.feature.clone()),
+            predicate: vote.predicate.clone(),
+            feature: Some(vote.feature.clone()),
             feature_with_masks: None,
-            feature_with_volumes: opinion.feature_with_volumes.clone(),
+            feature_with_volumes: vote.feature_with_volumes.clone(),
             candidates: own.and_then(|spec| spec.candidates.clone()),
         }
     };

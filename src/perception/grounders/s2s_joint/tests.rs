@@ -169,7 +169,7 @@ fn an_example_off_its_peg_makes_exactly_one_at_most_one() {
     let example = Exemplar::new("example", [SIDE, SIDE], &boxes, (&typed, init)).unwrap();
     let exemplars = Exemplars::new(vec![example]).unwrap();
     let joint = Joint::new(&domain(), &perception(), &exemplars).unwrap();
-    assert!(joint.due.predicates.is_empty() && joint.total.is_empty());
+    assert!(joint.required.predicates.is_empty() && joint.total.is_empty());
     let grounding = joint.judge(&objects);
     assert!(!of(&grounding, Truth::True).iter().any(|atom| atom.starts_with("(on-peg off")));
     assert!(reasons(&grounding).is_empty());

@@ -23,8 +23,10 @@ pub(super) fn check(atoms: &[GroundAtom], language: &Language) -> Result<(), Fau
             return Err(Fault { span: later.span.clone(), reason: Reason::Circle { circle } });
         }
         for earlier in &atoms[..idx] {
-            let broken =
-                language.nevers.iter().find(|never| never.excludes(&earlier.atom, &later.atom));
+            let broken = language
+                .mutex_rules
+                .iter()
+                .find(|never| never.excludes(&earlier.atom, &later.atom));
             if let Some(never) = broken {
                 return Err(Fault {
                     span: later.span.clone(),

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::board::{BAND, Board};
-use super::choice::{Choice, Row, choose};
+use super::assignment::{Assignment, BAND};
+use super::branch_and_bound::{Choice, Row, choose};
 use crate::logic::Truth;
 use crate::pddl::Name;
-use crate::perception::model::constraints::{Constraints, Place};
+use crate::perception::model::constraints::{Constraints, PredicateArgument};
 
 /// The least evidence for the best atom of an object that must have one. Below it, every example that
 /// holds is more than twice as far as one that does not: what the object belongs to is not in sight.
@@ -14,7 +14,7 @@ const FLOOR: f64 = -1.0 / 3.0;
 
 /// Which constraints hold without exception in the labelled examples.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Due {
+pub(super) struct Required {
     /// For `exactly_one`: its predicates.
     pub(super) predicates: Vec<Name>,
     /// For each group of `exactly_one_of`.
@@ -40,17 +40,17 @@ struct Rows {
     list: Vec<Row>,
     places: Vec<Vec<usize>>,
     /// The object that the row is about, where it must have an atom.
-    due: Vec<Option<usize>>,
+    required: Vec<Option<usize>>,
 }
 
 /// Decides every predicate of `predicates`.
 pub(super) fn decide(
-    board: &mut Board,
+    assignment: &mut Assignment,
     predicates: &[&Name],
     constraints: &Constraints,
-    due: &Due,
+    required: &Required,
 ) {
-    let (rows, n_columns) = build(board, predicates, constraints, due);
+    let (rows, n_columns) = build(assignment, predicates, constraints, required);
     let chosen = choose(&rows.list, n_columns);
     let mut taken = vec![false; n_columns];
     for (row, choice) in rows.list.iter().zip(&chosen) {
@@ -58,19 +58,25 @@ pub(super) fn decide(
         columns.for_each(|&column| taken[column] = true);
     }
     for (idx, row) in rows.list.iter().enumerate() {
-        settle(board, row, chosen[idx], &rows.places[idx], &taken);
-        if let (Some(object), None) = (rows.due[idx], chosen[idx]) {
-            let atoms = rows.places[idx].iter().map(|&place| &board.judged[place].atom);
+        settle(assignment, row, chosen[idx], &rows.places[idx], &taken);
+        if let (Some(object), None) = (rows.required[idx], chosen[idx]) {
+            let atoms = rows.places[idx].iter().map(|&place| &assignment.judged[place].atom);
             let mut names: Vec<String> = atoms.map(|atom| atom.predicate.to_string()).collect();
             names.dedup();
-            rows.places[idx].iter().for_each(|&place| board.decide(place, Truth::Unknown));
-            board.anomaly(format!("no {} of", names.join(" or ")), &[object]);
+            rows.places[idx].iter().for_each(|&place| assignment.decide(place, Truth::Unknown));
+            assignment.anomaly(format!("no {} of", names.join(" or ")), &[object]);
         }
     }
 }
 
 /// The truth of one row's atoms: what nearly equals the accepted one is as unknown as that.
-fn settle(board: &mut Board, row: &Row, chosen: Option<usize>, places: &[usize], taken: &[bool]) {
+fn settle(
+    assignment: &mut Assignment,
+    row: &Row,
+    chosen: Option<usize>,
+    places: &[usize],
+    taken: &[bool],
+) {
     let is_free = |choice: &Choice| choice.columns.iter().all(|&column| !taken[column]);
     // An atom that need not be true competes with none being true.
     let none = if row.floor < 0.0 { f64::NEG_INFINITY } else { 0.0 };
@@ -86,38 +92,40 @@ fn settle(board: &mut Board, row: &Row, chosen: Option<usize>, places: &[usize],
             let near = accepted - choice.weight < BAND && is_free(choice);
             if near { Truth::Unknown } else { Truth::False }
         };
-        board.decide(places[at], truth);
+        assignment.decide(places[at], truth);
     }
 }
 
 fn build(
-    board: &Board,
+    assignment: &Assignment,
     predicates: &[&Name],
     constraints: &Constraints,
-    due: &Due,
+    required: &Required,
 ) -> (Rows, usize) {
     let mut rows = Rows::default();
     let mut row_of: BTreeMap<Key, usize> = BTreeMap::new();
     let mut column_of: BTreeMap<Key, usize> = BTreeMap::new();
     for &predicate in predicates {
-        let is_due = due.predicates.contains(predicate);
-        let pooled = pooled(board, predicate, constraints, is_due);
-        for (at, (args, place)) in board.tuples(predicate).iter().enumerate() {
+        let is_required = required.predicates.contains(predicate);
+        let pooled = pooled(assignment, predicate, constraints, is_required);
+        for (at, (args, place)) in assignment.tuples(predicate).iter().enumerate() {
             let mut keys = keys(predicate, args, constraints);
             if keys.is_empty() {
                 keys.push(Key::Atom(*place));
             }
             let row_key = keys.remove(0);
             let (object, must) = match &row_key {
-                Key::Group(group, object) => (Some(*object), due.groups.get(*group) == Some(&true)),
-                Key::First(_, object) => (Some(*object), is_due),
+                Key::Group(group, object) => {
+                    (Some(*object), required.groups.get(*group) == Some(&true))
+                }
+                Key::First(_, object) => (Some(*object), is_required),
                 Key::Second(..) | Key::Atom(_) => (None, false),
             };
             let row = *row_of.entry(row_key).or_insert_with(|| {
                 let floor = if must { FLOOR } else { 0.0 };
                 rows.list.push(Row { choices: Vec::new(), floor });
                 rows.places.push(Vec::new());
-                rows.due.push(object.filter(|_| must));
+                rows.required.push(object.filter(|_| must));
                 rows.list.len() - 1
             });
             let columns = keys.into_iter().map(|key| {
@@ -136,7 +144,7 @@ fn build(
 fn keys(predicate: &Name, args: &[usize], constraints: &Constraints) -> Vec<Key> {
     let mut keys = Vec::new();
     for (group, one_of) in constraints.exactly_one_of.iter().enumerate() {
-        let here = |place: &&Place| place.predicate == *predicate;
+        let here = |place: &&PredicateArgument| place.predicate == *predicate;
         let objects = one_of.arguments.iter().filter(here).filter_map(|p| args.get(p.argument));
         keys.extend(objects.map(|&object| Key::Group(group, object)));
     }
@@ -155,25 +163,30 @@ fn keys(predicate: &Name, args: &[usize], constraints: &Constraints) -> Vec<Key>
 /// The weights of a predicate's tuples, in order. Where each object must have one, how well objects
 /// are aligned counts for and against; elsewhere only against. Objects over one another are in the
 /// same place, so they are judged by what speaks for them together.
-fn pooled(board: &Board, predicate: &Name, constraints: &Constraints, is_due: bool) -> Vec<f64> {
-    let tuples = board.tuples(predicate);
+fn pooled(
+    assignment: &Assignment,
+    predicate: &Name,
+    constraints: &Constraints,
+    is_required: bool,
+) -> Vec<f64> {
+    let tuples = assignment.tuples(predicate);
     let is_aligned = constraints.aligned.contains(predicate);
-    let most = if is_due { 1.0 } else { 0.0 };
+    let most = if is_required { 1.0 } else { 0.0 };
     let weight = |(args, place): &(Vec<usize>, usize)| {
         let aligned = match args[..] {
             [first, second] if is_aligned => {
-                board.extents[second].is_over(&board.extents[first]).min(most)
+                assignment.extents[second].is_over(&assignment.extents[first]).min(most)
             }
             _ => 0.0,
         };
-        board.weights[*place] + aligned
+        assignment.weights[*place] + aligned
     };
     let weights: Vec<f64> = tuples.iter().map(weight).collect();
     let is_stacked = constraints.support.iter().any(|s| s.stack_at.as_ref() == Some(predicate));
-    if !(is_due && is_stacked) {
+    if !(is_required && is_stacked) {
         return weights;
     }
-    let column = columns(board, tuples);
+    let column = columns(assignment, tuples);
     let mut sums: BTreeMap<(usize, usize), (f64, f64)> = BTreeMap::new();
     let key = |args: &[usize]| Some((column[*args.first()?], *args.get(1)?));
     for ((args, _), weight) in tuples.iter().zip(&weights) {
@@ -189,14 +202,16 @@ fn pooled(board: &Board, predicate: &Name, constraints: &Constraints, is_due: bo
 }
 
 /// For every object the first one of those that it stands over or under, directly or through others.
-fn columns(board: &Board, tuples: &[(Vec<usize>, usize)]) -> Vec<usize> {
+fn columns(assignment: &Assignment, tuples: &[(Vec<usize>, usize)]) -> Vec<usize> {
     let mut firsts: Vec<usize> =
         tuples.iter().filter_map(|(args, _)| args.first()).copied().collect();
     firsts.dedup();
-    let mut column: Vec<usize> = (0..board.names.len()).collect();
+    let mut column: Vec<usize> = (0..assignment.names.len()).collect();
     for (at, &a) in firsts.iter().enumerate() {
         for &b in &firsts[..at] {
-            if column[a] != column[b] && board.extents[a].is_in_column_with(&board.extents[b]) {
+            if column[a] != column[b]
+                && assignment.extents[a].is_in_column_with(&assignment.extents[b])
+            {
                 let (low, high) = (column[a].min(column[b]), column[a].max(column[b]));
                 column.iter_mut().filter(|c| **c == high).for_each(|c| *c = low);
             }

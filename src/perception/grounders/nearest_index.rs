@@ -22,7 +22,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Labelled tuples, sorted by the number of their vectors in which they differ most: a search begins
 /// where that number is the searched one's and ends where it alone is farther off than the nearest.
 #[derive(Debug, Clone)]
-pub(super) struct Examples {
+pub(super) struct NearestIndex {
     /// Which of the vectors' numbers.
     key: usize,
     /// How many of the vectors' numbers are in use.
@@ -42,7 +42,7 @@ struct Block {
     ranks: [u32; LANES],
 }
 
-impl Examples {
+impl NearestIndex {
     /// `length` is how many of the vectors' numbers are in use.
     pub(super) fn new(mut examples: Vec<Example>, length: usize) -> Self {
         examples.sort_by(|a, b| a.evidence.cmp(&b.evidence));
@@ -178,7 +178,7 @@ mod tests {
             let plain = examples.iter().map(|e| (distance(e), &e.evidence));
             let (distance, evidence) =
                 plain.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1))).unwrap();
-            let pruned = Examples::new(examples.clone(), FEATURE_LENGTH_MAX);
+            let pruned = NearestIndex::new(examples.clone(), FEATURE_LENGTH_MAX);
             let found = pruned.nearest(&sought).unwrap();
             prop_assert_eq!(found, (distance, evidence));
         }

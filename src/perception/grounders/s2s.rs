@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::candidates::{CandidateSlots, for_tuples, slots};
-use super::examples::{Example, Examples};
 use super::judged::{Basis, Evidence, Grounding, Judged};
+use super::nearest_index::{Example, NearestIndex};
 use super::{Grounder, GrounderError, GrounderInputs};
 use crate::logic::Truth;
+use crate::mismatch::Mismatch;
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::{Atom, Domain, Name, Types};
 use crate::perception::Observation;
@@ -20,21 +21,21 @@ use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, PerceptionErr
 pub struct S2s {
     types: Types,
     /// For objects in an image.
-    flat: Vec<Table>,
+    flat: Vec<PredicateModel>,
     /// For objects with masks, where the examples have them too.
-    masked: Option<Vec<Table>>,
+    masked: Option<Vec<PredicateModel>>,
     /// For objects with volumes, where the examples have them too.
-    deep: Option<Vec<Table>>,
+    deep: Option<Vec<PredicateModel>>,
 }
 
 /// The examples of one predicate.
 #[derive(Debug, Clone)]
-struct Table {
+struct PredicateModel {
     predicate: Name,
     slots: CandidateSlots,
     feature: &'static Feature,
-    positives: Examples,
-    negatives: Examples,
+    positives: NearestIndex,
+    negatives: NearestIndex,
 }
 
 /// The entry of the table of grounders.
@@ -65,24 +66,24 @@ impl S2s {
         observed: &[ObservedSpec],
         exemplars: &Exemplars,
     ) -> Result<Self, PerceptionError> {
-        let tables = |needs: Needs| {
-            let mut tables = Vec::new();
+        let models = |needs: Needs| -> Result<Vec<PredicateModel>, PerceptionError> {
+            let mut models = Vec::new();
             for spec in observed {
-                let table = Table::new(domain, spec, needs, exemplars)?;
-                if !table.positives.is_empty() && !table.negatives.is_empty() {
-                    tables.push(table);
+                let model = PredicateModel::new(domain, spec, needs, exemplars)?;
+                if !model.positives.is_empty() && !model.negatives.is_empty() {
+                    models.push(model);
                 }
             }
             // In the order of the judgements.
-            tables.sort_by(|a, b| a.predicate.cmp(&b.predicate));
-            Ok(tables)
+            models.sort_by(|a, b| a.predicate.cmp(&b.predicate));
+            Ok(models)
         };
         let uses_masks = observed.iter().any(|spec| spec.feature_with_masks.is_some());
-        let masked = (uses_masks && exemplars.have_masks()).then(|| tables(Needs::Masks));
-        let deep = exemplars.have_volumes().then(|| tables(Needs::Volumes));
+        let masked = (uses_masks && exemplars.have_masks()).then(|| models(Needs::Masks));
+        let deep = exemplars.have_volumes().then(|| models(Needs::Volumes));
         Ok(Self {
             types: domain.types.clone(),
-            flat: tables(Needs::Boxes)?,
+            flat: models(Needs::Boxes)?,
             masked: masked.transpose()?,
             deep: deep.transpose()?,
         })
@@ -90,12 +91,12 @@ impl S2s {
 
     /// The predicates that can be judged from these examples, in alphabetical order.
     pub fn judged_predicates(&self) -> impl Iterator<Item = &Name> {
-        let tables = self.deep.as_ref().or(self.masked.as_ref()).unwrap_or(&self.flat);
-        tables.iter().map(|t| &t.predicate)
+        let models = self.deep.as_ref().or(self.masked.as_ref()).unwrap_or(&self.flat);
+        models.iter().map(|t| &t.predicate)
     }
 
-    /// The tables for these objects.
-    fn tables(&self, objects: &[ObjectBox]) -> &[Table] {
+    /// The models for these objects.
+    fn models(&self, objects: &[ObjectBox]) -> &[PredicateModel] {
         let with_depth = objects.iter().any(|object| object.volume.is_some());
         let with_masks = objects.iter().any(|object| object.mask.is_some());
         let deep = self.deep.as_ref().filter(|_| with_depth);
@@ -113,20 +114,20 @@ impl Grounder for S2s {
 impl S2s {
     /// Judges every type-valid tuple of objects, in the order of the atoms.
     pub fn judge(&self, objects: &[ObjectBox]) -> Grounding {
-        // With tables and objects in order of their names, the judgements come in order.
+        // With models and objects in order of their names, the judgements come in order.
         let mut order: Vec<usize> = (0..objects.len()).collect();
         order.sort_by(|&a, &b| objects[a].name.cmp(&objects[b].name));
         let mut judged = Vec::new();
-        for table in self.tables(objects) {
-            for_tuples(&self.types, &table.slots, objects, &order, |tuple| {
-                judged.extend(table.judge(objects, tuple));
+        for model in self.models(objects) {
+            for_tuples(&self.types, &model.slots, objects, &order, |tuple| {
+                judged.extend(model.judge(objects, tuple));
             });
         }
         Grounding { judged, anomalies: Vec::new() }
     }
 }
 
-impl Table {
+impl PredicateModel {
     fn new(
         domain: &Domain,
         spec: &ObservedSpec,
@@ -150,7 +151,7 @@ impl Table {
             });
         }
         let [positives, negatives] =
-            [positives, negatives].map(|side| Examples::new(side, feature.length));
+            [positives, negatives].map(|side| NearestIndex::new(side, feature.length));
         Ok(Self { predicate, slots, feature, positives, negatives })
     }
 
@@ -201,10 +202,10 @@ fn choose_feature(
         Some(name) => feature_by_name(name),
         None => default_feature(arity),
     };
-    feature.filter(|f| f.arity == arity).ok_or_else(|| PerceptionError::Value {
-        field: format!("observed.{}.feature", spec.predicate),
-        expected: format!("a feature of {arity} objects"),
-        got: name.map_or("none", String::as_str).to_owned(),
+    feature.filter(|f| f.arity == arity).ok_or_else(|| {
+        let at = format!("observed.{}.feature", spec.predicate);
+        let got = name.map_or("none", String::as_str);
+        Mismatch::new(at, format!("a feature of {arity} objects"), got).into()
     })
 }
 

@@ -12,12 +12,12 @@ use crate::perception::{Detection, ImageView};
 
 /// The colours of the domain's types, so that names and goals can speak of them.
 #[derive(Debug, Clone)]
-pub(super) struct Looks {
+pub(super) struct ColourNamer {
     perception: Perception,
     palette: Palette,
 }
 
-impl Looks {
+impl ColourNamer {
     pub(super) fn new(perception: &Perception) -> Result<Self, DetectorError> {
         let mut palette = Palette::new(&used_colours(perception))?;
         palette.prepared();
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn boxes_are_called_by_the_colour_of_their_middle_and_doubles_go() {
         let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
-        let looks = Looks::new(&perception).unwrap();
+        let looks = ColourNamer::new(&perception).unwrap();
         let mut rgb = vec![0; 3 * 64 * 32];
         for (y, x) in (8..24).flat_map(|y| (4..20).map(move |x| (y, x))) {
             rgb[3 * (y * 64 + x)..][..3].copy_from_slice(&[200, 20, 20]);

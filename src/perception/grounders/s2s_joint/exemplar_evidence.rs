@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::fixtures::Due;
+use super::cardinality::Required;
 use super::is_of;
 use crate::pddl::{Atom, Name, Types};
 use crate::perception::grounders::CandidateSlots;
-use crate::perception::model::constraints::{Constraints, ExactlyOneOf, Place};
+use crate::perception::model::constraints::{Constraints, ExactlyOneOf, PredicateArgument};
 use crate::perception::model::{Exemplar, Exemplars};
 
 /// The examples, and what is judged from them.
-pub(super) struct Seen<'a> {
+pub(super) struct ExemplarEvidence<'a> {
     pub(super) types: &'a Types,
     pub(super) exemplars: &'a Exemplars,
     /// The types that each argument of an observed predicate may have.
@@ -19,15 +19,15 @@ pub(super) struct Seen<'a> {
     pub(super) judged: Vec<&'a Name>,
 }
 
-impl Seen<'_> {
+impl ExemplarEvidence<'_> {
     /// Where each object must have exactly one atom.
-    pub(super) fn due(&self, constraints: &Constraints) -> Due {
+    pub(super) fn required(&self, constraints: &Constraints) -> Required {
         let alone = |predicate: &Name| {
-            let place = Place { predicate: predicate.clone(), argument: 0 };
+            let place = PredicateArgument { predicate: predicate.clone(), argument: 0 };
             ExactlyOneOf { arguments: vec![place] }
         };
         let predicates = constraints.exactly_one.iter();
-        Due {
+        Required {
             predicates: predicates.filter(|p| self.is_exactly_one(&alone(p))).cloned().collect(),
             groups: constraints.exactly_one_of.iter().map(|g| self.is_exactly_one(g)).collect(),
         }
@@ -74,7 +74,7 @@ impl Seen<'_> {
 
 /// How many of the example's facts have the object in one of the places.
 fn stands(example: &Exemplar, group: &ExactlyOneOf, object: &Name) -> usize {
-    let here = |atom: &Atom, place: &Place| {
+    let here = |atom: &Atom, place: &PredicateArgument| {
         place.predicate == atom.predicate && atom.args.get(place.argument) == Some(object)
     };
     let facts = example.init.iter();

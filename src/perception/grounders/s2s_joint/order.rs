@@ -1,6 +1,6 @@
 //! Strict orders: one line of objects that the evidence contradicts least.
 
-use super::board::{BAND, Board};
+use super::assignment::{Assignment, BAND};
 use crate::logic::Truth;
 use crate::pddl::Name;
 
@@ -12,10 +12,15 @@ const ROUNDS_MAX: u32 = 50;
 ///
 /// `total` says that any two objects are related; `agreeing` are support predicates whose atoms are
 /// taken as evidence too.
-pub(super) fn decide(board: &mut Board, predicate: &Name, total: bool, agreeing: &[&Name]) {
-    let objects = board.objects_of(predicate);
+pub(super) fn decide(
+    assignment: &mut Assignment,
+    predicate: &Name,
+    total: bool,
+    agreeing: &[&Name],
+) {
+    let objects = assignment.objects_of(predicate);
     let n = objects.len();
-    let evidence = evidence(board, predicate, &objects, agreeing);
+    let evidence = evidence(assignment, predicate, &objects, agreeing);
     let line = line(&evidence, n);
     // A pair is accepted as the line has it where the evidence is clear, and where it follows.
     let least = if total { 2.0 * BAND } else { BAND };
@@ -25,39 +30,46 @@ pub(super) fn decide(board: &mut Board, predicate: &Name, total: bool, agreeing:
             let clear = if total {
                 evidence[first * n + second]
             } else {
-                let place = board.place(predicate, objects[first], objects[second]);
-                place.map_or(0.0, |place| board.weights[place])
+                let place = assignment.place(predicate, objects[first], objects[second]);
+                place.map_or(0.0, |place| assignment.weights[place])
             };
             known[first * n + second] = clear >= least;
         }
     }
     close(&mut known, &line);
-    for &(ref args, place) in &board.tuples(predicate).to_vec() {
+    for &(ref args, place) in &assignment.tuples(predicate).to_vec() {
         let [first, second] = args[..] else { continue };
         let number = |object| objects.binary_search(&object).unwrap_or_default();
         let (first, second) = (number(first), number(second));
         let undecided = if total {
             !known[second * n + first]
         } else {
-            board.weights[place].abs() < BAND && !known[second * n + first]
+            assignment.weights[place].abs() < BAND && !known[second * n + first]
         };
         let truth = match (known[first * n + second], undecided) {
             (true, _) => Truth::True,
             (false, true) => Truth::Unknown,
             (false, false) => Truth::False,
         };
-        board.decide(place, truth);
+        assignment.decide(place, truth);
     }
 }
 
 /// How much more speaks for each ordered pair than for the opposite one.
-fn evidence(board: &Board, predicate: &Name, objects: &[usize], agreeing: &[&Name]) -> Vec<f64> {
+fn evidence(
+    assignment: &Assignment,
+    predicate: &Name,
+    objects: &[usize],
+    agreeing: &[&Name],
+) -> Vec<f64> {
     let n = objects.len();
     let mut evidence = vec![0.0; n * n];
     for (i, &first) in objects.iter().enumerate() {
         for (j, &second) in objects.iter().enumerate() {
-            let own = board.place(predicate, first, second).map_or(0.0, |at| board.weights[at]);
-            let rests = agreeing.iter().filter(|name| board.holds(name, first, second)).count();
+            let own =
+                assignment.place(predicate, first, second).map_or(0.0, |at| assignment.weights[at]);
+            let rests =
+                agreeing.iter().filter(|name| assignment.holds(name, first, second)).count();
             let weight = own + rests as f64;
             evidence[i * n + j] += weight;
             evidence[j * n + i] -= weight;

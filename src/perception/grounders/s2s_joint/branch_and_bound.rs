@@ -34,7 +34,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    fn is_due(&self) -> bool {
+    fn is_required(&self) -> bool {
         self.floor < 0.0
     }
 
@@ -47,7 +47,7 @@ impl Row {
     }
 
     fn gain(&self, choice: usize) -> f64 {
-        self.choices[choice].weight + if self.is_due() { FILLED } else { 0.0 }
+        self.choices[choice].weight + if self.is_required() { FILLED } else { 0.0 }
     }
 }
 

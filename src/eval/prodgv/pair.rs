@@ -8,7 +8,7 @@ use super::goal::{GoalFault, GoalFrom};
 use super::matching::Matching;
 use super::recorded::Pair;
 use super::score::Score;
-use super::{Labelled, Vocabulary};
+use super::{FittedDomain, Labelled};
 use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
 use crate::perception::grounders::Grounder;
 use crate::perception::model::ObjectBox;
@@ -19,9 +19,9 @@ use crate::planning::Outcome;
 /// What an episode is carried out with.
 #[derive(Clone, Copy)]
 #[expect(missing_debug_implementations, reason = "a grounder is known by its name only")]
-pub struct EpisodeParts<'a> {
+pub struct PairParts<'a> {
     /// How the domain is seen.
-    pub vocabulary: &'a Vocabulary,
+    pub fitted: &'a FittedDomain,
     /// The grounder, made from the exemplar.
     pub grounder: &'a dyn Grounder,
     /// The planner.
@@ -32,7 +32,7 @@ pub struct EpisodeParts<'a> {
 
 /// What happened to one pair.
 #[derive(Debug, Clone)]
-pub struct Episode {
+pub struct PairResult {
     /// Exemplar and test.
     pub pair: Pair,
     /// Whether the pair counts, by the reference's rule.
@@ -63,7 +63,7 @@ pub struct Episode {
     pub failure: Option<Failure>,
 }
 
-impl Episode {
+impl PairResult {
     /// The steps of the plan, where there is one.
     pub fn plan(&self) -> Option<&[Step]> {
         if let Some(Outcome::Solved(plan)) = &self.outcome { Some(&plan.steps) } else { None }
@@ -72,7 +72,7 @@ impl Episode {
 
 /// One pair, as it is given.
 #[derive(Debug, Clone, Copy)]
-pub struct EpisodeInput<'a> {
+pub struct PairInput<'a> {
     /// Exemplar and test.
     pub pair: Pair,
     /// Whether the pair counts.

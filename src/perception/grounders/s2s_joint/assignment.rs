@@ -16,7 +16,7 @@ pub(super) const BAND: f64 = 0.05;
 
 /// One scene while it is being decided.
 #[derive(Debug)]
-pub(super) struct Board {
+pub(super) struct Assignment {
     /// The names of the objects, in order; an object's number is its place here.
     pub(super) names: Vec<Name>,
     /// Where they are.
@@ -35,11 +35,11 @@ pub(super) struct Board {
 struct Relation {
     /// Arguments and place in `judged`, in order.
     tuples: Vec<(Vec<usize>, usize)>,
-    /// Place in `judged` by first and second argument.
+    /// Index in `judged` by first and second argument.
     cells: Vec<Option<usize>>,
 }
 
-impl Board {
+impl Assignment {
     pub(super) fn new(objects: &[ObjectBox], deep: bool, judged: Vec<Judged>) -> Self {
         let sorted: BTreeMap<&Name, &ObjectBox> = objects.iter().map(|o| (&o.name, o)).collect();
         let numbers: BTreeMap<&Name, usize> =
@@ -57,7 +57,7 @@ impl Board {
             }
             relation.tuples.push((args, place));
         }
-        let weights = judged.iter().map(opinion).collect();
+        let weights = judged.iter().map(vote).collect();
         Self {
             names: sorted.keys().map(|name| (*name).clone()).collect(),
             extents: sorted.values().map(|object| Extent::of(object, deep)).collect(),
@@ -68,12 +68,12 @@ impl Board {
         }
     }
 
-    /// Further opinions on some of the tuples: all opinions on a tuple count alike.
-    pub(super) fn add_opinions(&mut self, opinions: &[Judged]) {
+    /// Further votes on some of the tuples: all votes on a tuple count alike.
+    pub(super) fn add_feature_votes(&mut self, feature_votes: &[Judged]) {
         let mut counts = vec![1.0; self.weights.len()];
-        for further in opinions {
+        for further in feature_votes {
             if let Ok(place) = self.judged.binary_search_by(|j| j.atom.cmp(&further.atom)) {
-                self.weights[place] += opinion(further);
+                self.weights[place] += vote(further);
                 counts[place] += 1.0;
             }
         }
@@ -133,7 +133,7 @@ impl Board {
     /// constraint.
     pub(super) fn finish(mut self) -> Grounding {
         for judged in &mut self.judged {
-            let own = match opinion(judged) {
+            let own = match vote(judged) {
                 value if value.abs() < BAND => Truth::Unknown,
                 value => Truth::from(value > 0.0),
             };
@@ -146,7 +146,7 @@ impl Board {
 }
 
 /// How clear a judgement is; nothing where the distances are no numbers.
-fn opinion(judged: &Judged) -> f64 {
+fn vote(judged: &Judged) -> f64 {
     let confidence = judged.confidence();
     if confidence.is_finite() { confidence } else { 0.0 }
 }

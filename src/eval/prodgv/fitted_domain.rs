@@ -11,7 +11,7 @@ use crate::run::DomainFolder;
 
 /// What a domain's episodes are read with.
 #[derive(Debug, Clone)]
-pub struct Vocabulary {
+pub struct FittedDomain {
     /// The shipped folder with the data set's domain in place of its own. What the data set does
     /// not declare is left out: predicates of `perception.toml`, rules of `completion.pddl`.
     pub folder: DomainFolder,
@@ -21,7 +21,7 @@ pub struct Vocabulary {
     pub observed: BTreeSet<Name>,
 }
 
-impl Vocabulary {
+impl FittedDomain {
     /// Fits a shipped folder to the data set's domain.
     ///
     /// Completion uses the shipped rules, not the data set's `derived.pddl`: that file names types
@@ -44,7 +44,7 @@ impl Vocabulary {
     }
 }
 
-impl Vocabulary {
+impl FittedDomain {
     /// The way from detections to facts, with a grounder for this domain.
     pub fn pipeline<'a>(&'a self, grounder: &'a dyn Grounder) -> Pipeline<'a> {
         self.folder.pipeline(grounder)
