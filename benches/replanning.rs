@@ -1,4 +1,4 @@
-//! What each rung of the replanning ladder costs, on packed states and from whole scenes.
+//! What each source of the replanning cascade costs, on packed states and from whole scenes.
 //!
 //! `tests/replanning_memory.rs` holds what an episode may take of the heap; `groundloop stress`
 //! measures the planner actor behind its topics, in processor time and with tails.
@@ -13,12 +13,15 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion};
 use groundloop::clock::monotonic_ns;
-use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
+use groundloop::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
+use groundloop::planners::Deadlines;
 use groundloop::planners::PlannerConfig;
-use groundloop::replanning::{Patience, Replanner, Table};
+use groundloop::replanning::{
+    Adoption, BuildInPlace, BuildNever, DistanceTable, ReplanQuery, Replanner, TableBuilder,
+};
 use groundloop::run::{DomainFolder, load_run};
 use groundloop::scene::Scene;
-use groundloop::stress::{Feed, Feeder, Template};
+use groundloop::stress::{Template, Workload, WorkloadGenerator};
 
 const SIZES: &[(&str, &[u32])] =
     &[("blocksworld", &[4, 5, 6, 7, 8]), ("hanoi", &[3, 4, 5, 6, 7, 8, 9, 10])];
@@ -38,24 +41,30 @@ struct Case {
     replanner: Replanner,
 }
 
-fn replanner(folder: &DomainFolder, rungs: &[Rung]) -> Replanner {
+fn replanner(folder: &DomainFolder, rungs: &[PlanSource]) -> Replanner {
     let run = load_run(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/hanoi.toml"), &[]);
     let mut config = PlannerConfig { rungs: rungs.to_vec(), ..run.unwrap().planner };
     config.table.bytes_max = 1 << 27;
     let planner = config.planner(Path::new("run.toml"), |_| None).unwrap();
     Replanner::new(Arc::new(folder.domain.clone()), planner.into(), &config, Vec::new())
+        .adopting(Adoption::WhenReady)
 }
 
-fn adopt_table(replanner: &mut Replanner) {
-    replanner.prepare(0);
-    if let Some(request) = replanner.pending() {
-        let end = request.job.run(&|| false);
-        replanner.adopt(end);
-    }
+/// What the planner actor does in one cycle; the time that is told is wall-clock time.
+fn cycle(
+    replanner: &mut Replanner,
+    (scene, goal): (&Scene, &GoalMessage),
+    tables: &mut dyn TableBuilder,
+) -> PlanMessage {
+    let query = ReplanQuery { scene, goal, failures: &BTreeMap::new() };
+    let spent = || Spent { cpu_ns: 0, wall_ns: monotonic_ns() };
+    let message = replanner.plan(query, Deadlines::NONE, &spent, tables);
+    replanner.prepare(tables);
+    message
 }
 
-fn table(replanner: &Replanner) -> Arc<Table> {
-    Arc::clone(replanner.ladder().unwrap().table().unwrap())
+fn table(replanner: &Replanner) -> Arc<DistanceTable> {
+    Arc::clone(replanner.cascade().unwrap().table().unwrap())
 }
 
 impl Case {
@@ -66,20 +75,21 @@ impl Case {
         let template = Template::parse(&file, &std::fs::read_to_string(&file).unwrap()).unwrap();
         let problem = template.problem(&file, &folder.domain, size).unwrap();
         let goal = GoalMessage::new(problem.goal.clone(), Vec::new(), &problem.objects);
-        let none = BTreeMap::new();
-        let mut feeder = Feeder::new(Feed::Random, (&folder.domain, &problem), WALK_STEPS, 1);
+        let mut feeder =
+            WorkloadGenerator::new(Workload::Random, (&folder.domain, &problem), WALK_STEPS, 1);
         let scenes: Vec<Scene> = (1..).map(|i| feeder.next(None).scene(i)).take(N_STATES).collect();
-        let mut replanner = replanner(&folder, &[Rung::Trajectory, Rung::Table, Rung::Search]);
+        let mut replanner =
+            replanner(&folder, &[PlanSource::Trajectory, PlanSource::Table, PlanSource::Search]);
         // At the goal nobody wants a table.
         for scene in &scenes {
-            replanner.replan(scene, &goal, &none);
-            adopt_table(&mut replanner);
+            cycle(&mut replanner, (scene, &goal), &mut BuildInPlace);
         }
-        let mut feeder = Feeder::new(Feed::Progress, (&folder.domain, &problem), WALK_STEPS, 1);
+        let mut feeder =
+            WorkloadGenerator::new(Workload::Progress, (&folder.domain, &problem), WALK_STEPS, 1);
         let mut walk = vec![feeder.now().scene(1)];
-        let verdict = replanner.replan(&walk[0], &goal, &none).verdict;
+        let verdict = cycle(&mut replanner, (&walk[0], &goal), &mut BuildInPlace).verdict;
         let PlanVerdict::Plan { steps, .. } = verdict else { panic!("{verdict:?}") };
-        // The last step reaches the goal, which is another rung's business.
+        // The last step reaches the goal, which is another source's business.
         for step in steps.iter().take(steps.len().saturating_sub(1)).take(N_STATES) {
             walk.push(feeder.next(Some(step)).scene(1));
         }
@@ -87,19 +97,17 @@ impl Case {
     }
 
     /// The time of deciding alone, over and over a list of scenes.
-    fn decide(&self, scenes: &[Scene], n: u64, rung: Rung) -> Duration {
-        let (mut replanner, none) = (self.replanner.clone(), BTreeMap::new());
-        replanner.replan(&scenes[0], &self.goal, &none);
+    fn decide(&self, scenes: &[Scene], n: u64, source: PlanSource) -> Duration {
+        let mut replanner = self.replanner.clone();
+        let mut ask = |scene| cycle(&mut replanner, (scene, &self.goal), &mut BuildNever);
+        ask(&scenes[0]);
         let mut spent_ns = 0;
         for scene in scenes.iter().cycle().skip(1).take(usize::try_from(n).unwrap()) {
-            replanner.prepare(0);
-            replanner.observe(scene, &self.goal);
-            let start_ns = monotonic_ns();
-            let decided = black_box(replanner.decide(scene, &self.goal, &none, Patience::ENDLESS));
-            spent_ns += monotonic_ns() - start_ns;
-            let others = [Rung::Goal, Rung::Unchanged, Rung::Trajectory];
-            let allowed = decided.rung.is_some_and(|r| r == rung || others.contains(&r));
-            assert!(allowed, "{:?}", decided.rung);
+            let message = black_box(ask(scene));
+            spent_ns += message.decide.wall_ns;
+            let others = [PlanSource::Goal, PlanSource::Unchanged, PlanSource::Trajectory];
+            let allowed = message.source.is_some_and(|r| r == source || others.contains(&r));
+            assert!(allowed, "{:?}", message.source);
         }
         Duration::from_nanos(spent_ns)
     }
@@ -114,13 +122,13 @@ fn bench(criterion: &mut Criterion, case: &Case) {
         b.iter(|| replanner.observe(scenes.next().unwrap(), &case.goal));
     });
     group.bench_function(id("confirm on the plan"), |b| {
-        b.iter_custom(|n| case.decide(&case.walk, n, Rung::Trajectory));
+        b.iter_custom(|n| case.decide(&case.walk, n, PlanSource::Trajectory));
     });
     let table = table(&case.replanner);
     let pack = |scene: &Scene| {
         let mut replanner = case.replanner.clone();
         replanner.observe(scene, &case.goal);
-        replanner.ladder().unwrap().grounded().unwrap().1.to_vec()
+        replanner.cascade().unwrap().grounded().unwrap().1.to_vec()
     };
     let states: Vec<Vec<u64>> = case.scenes.iter().map(pack).collect();
     let mut next = states.iter().cycle();
@@ -132,7 +140,7 @@ fn bench(criterion: &mut Criterion, case: &Case) {
         b.iter(|| table.plan(black_box(next.next().unwrap())));
     });
     group.bench_function(id("deviation: decide"), |b| {
-        b.iter_custom(|n| case.decide(&case.scenes, n, Rung::Table));
+        b.iter_custom(|n| case.decide(&case.scenes, n, PlanSource::Table));
     });
     group.finish();
 }
@@ -141,10 +149,9 @@ fn bench_building(criterion: &mut Criterion, domain: &str, size: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("domains").join(domain);
     let folder = DomainFolder::read(&path).unwrap();
     let case = Case::new(domain, size);
-    let mut replanner = replanner(&folder, &[Rung::Table, Rung::Search]);
+    let mut replanner = replanner(&folder, &[PlanSource::Table, PlanSource::Search]);
     for scene in &case.scenes {
-        replanner.replan(scene, &case.goal, &BTreeMap::new());
-        replanner.prepare(0);
+        cycle(&mut replanner, (scene, &case.goal), &mut BuildNever);
     }
     let Some(request) = replanner.pending().cloned() else { return };
     let mut group = criterion.benchmark_group("replanning");

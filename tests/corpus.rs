@@ -16,7 +16,7 @@ use groundloop::pddl::{
     print_domain, print_problem,
 };
 use groundloop::planning::{
-    Answer, Budget, Outcome, Plan, PlanRequest, Validation, plan, validate,
+    Budget, Outcome, Plan, PlanAnswer, PlanRequest, Validation, plan, validate,
 };
 
 fn source(path: &Path) -> SourceText {
@@ -100,7 +100,7 @@ fn the_derived_predicates_of_a_known_complaint_are_read() {
     assert_eq!(domain.axioms.len(), 13);
     let problem = problem(&folder.join("problem.pddl"), &domain);
     let request = PlanRequest::new(&problem);
-    let Answer { outcome, statistics } = plan(&domain, &request, &Budget::standard());
+    let PlanAnswer { outcome, statistics } = plan(&domain, &request, &Budget::standard());
     let Outcome::Solved(plan) = outcome else { panic!("{outcome:?}") };
     assert_eq!(plan.steps.len(), 1);
     // Grounding everything would give 644,332 atoms of one derived predicate alone.
@@ -114,7 +114,7 @@ fn the_derived_predicates_of_a_known_complaint_are_read() {
 /// Plans for a problem and checks the plan.
 fn solved(domain: &Domain, problem: &Problem, budget: &Budget) -> Plan {
     let request = PlanRequest::new(problem);
-    let Answer { outcome, statistics } = plan(domain, &request, budget);
+    let PlanAnswer { outcome, statistics } = plan(domain, &request, budget);
     let Outcome::Solved(plan) = outcome else {
         panic!("{}: {outcome:?} after {statistics:?}", problem.name)
     };

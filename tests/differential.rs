@@ -14,7 +14,7 @@ use groundloop::parts::{PartChoice, PartContext};
 use groundloop::pddl::{Domain, Problem, SourceText, parse_domain, parse_problem};
 use groundloop::planners::{FastDownward, PlannerInputs};
 use groundloop::planning::{
-    Budget, Coverage, NO_PENALTIES, Outcome, PlanRequest, Task, TaskInput, plan, validate,
+    Budget, Coverage, NO_PENALTIES, Outcome, PlanRequest, Solver, Task, TaskInput, plan, validate,
 };
 
 /// Random tasks of each domain.
@@ -63,6 +63,7 @@ fn cost(outcome: &Outcome, task: &SmallTask, domain: &Domain) -> Option<u64> {
         }
         Outcome::Unsolvable { .. } => None,
         other @ (Outcome::OutOfBudget { .. }
+        | Outcome::Interrupted
         | Outcome::Unsupported { .. }
         | Outcome::BadInput { .. }) => panic!("{other:?}\n{}", task.problem),
     }
@@ -89,6 +90,7 @@ fn agrees_with_brute_force(name: &str) {
             minimise_cost: false,
         };
         let every = Task::new(&input, Coverage::AllStates, &optimal().grounding).unwrap();
+        let every = Solver::new(every);
         let again = every.solve(request.init, &NO_PENALTIES, &optimal(), &|| false);
         let again = cost(&again.outcome, &task, &domain);
         let shown = || format!("brute force {brute:?}\n{}", task.problem);

@@ -38,6 +38,7 @@ const PURE: &[&str] = &[
     "perception/tracking",
     "picture",
     "planning",
+    "replanning",
     "scene",
 ];
 

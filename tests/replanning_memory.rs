@@ -9,11 +9,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::project;
-use groundloop::messages::{GoalMessage, PlanVerdict, Rung};
+use groundloop::messages::{GoalMessage, PlanSource, PlanVerdict, Spent};
 use groundloop::pddl::Step;
-use groundloop::replanning::Replanner;
+use groundloop::planners::Deadlines;
+use groundloop::replanning::{BuildInPlace, ReplanQuery, Replanner};
 use groundloop::run::{DomainFolder, load_run};
-use groundloop::stress::{Feed, Feeder, Template};
+use groundloop::stress::{Template, Workload, WorkloadGenerator};
 
 /// Most that an episode with 10 disks may take at any time.
 const HEAP_BYTES_MAX: usize = 64 << 20;
@@ -58,33 +59,34 @@ fn an_episode_with_ten_disks_stays_small() {
     let problem = template.problem(&file, &folder.domain, 10).unwrap();
     let goal = GoalMessage::new(problem.goal.clone(), Vec::new(), &problem.objects);
     let config = load_run(&project("configs/hanoi.toml"), &[]).unwrap().planner;
-    let mut feeder = Feeder::new(Feed::Deviation, (&folder.domain, &problem), 0, 1);
+    let mut feeder = WorkloadGenerator::new(Workload::Deviation, (&folder.domain, &problem), 0, 1);
 
     let before = HELD.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
     let planner = config.planner(Path::new("run.toml"), |_| None).unwrap();
     let domain = Arc::new(folder.domain.clone());
     let mut replanner = Replanner::new(domain, planner.into(), &config, Vec::new());
-    let (mut next, mut rungs): (Option<Step>, BTreeMap<Rung, u32>) = (None, BTreeMap::new());
+    let (mut next, mut rungs): (Option<Step>, BTreeMap<PlanSource, u32>) = (None, BTreeMap::new());
     let mut longest = 0;
     for cycle in 0..N_SCENES {
         let view = if cycle == 0 { feeder.now() } else { feeder.next(next.as_ref()) };
         let scene = view.scene(cycle);
-        if replanner.is_table_due(cycle).is_some() {
-            let end = replanner.pending().unwrap().job.run(&|| false);
-            replanner.adopt(end);
-        }
-        let replan = replanner.replan(&scene, &goal, &BTreeMap::new());
-        *rungs.entry(replan.rung.unwrap()).or_default() += 1;
-        if let PlanVerdict::Plan { steps, .. } = replan.verdict {
+        let query = ReplanQuery { scene: &scene, goal: &goal, failures: &BTreeMap::new() };
+        let (tables, spent) = (&mut BuildInPlace, &Spent::default);
+        let plan = replanner.plan(query, Deadlines::NONE, spent, tables);
+        *rungs.entry(plan.source.unwrap()).or_default() += 1;
+        if let PlanVerdict::Plan { steps, .. } = plan.verdict {
             longest = longest.max(steps.len());
             next = steps.first().cloned();
         }
-        replanner.prepare(cycle);
+        replanner.prepare(&mut BuildInPlace);
     }
     let peak = PEAK.load(Ordering::Relaxed) - before;
     println!("peak {:.1} MB, {rungs:?}, longest plan {longest}", peak as f64 / 1e6);
-    assert!(rungs.contains_key(&Rung::Table) && rungs.contains_key(&Rung::Trajectory), "{rungs:?}");
+    assert!(
+        rungs.contains_key(&PlanSource::Table) && rungs.contains_key(&PlanSource::Trajectory),
+        "{rungs:?}"
+    );
     assert!(longest >= 1000, "{longest} steps");
     assert!(peak <= HEAP_BYTES_MAX, "{peak} bytes");
 }

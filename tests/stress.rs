@@ -13,7 +13,7 @@ use common::{folders_in, one_object, project};
 use groundloop::pddl::{Problem, Step};
 use groundloop::planning::{Budget, Outcome, PlanRequest, plan};
 use groundloop::run::DomainFolder;
-use groundloop::stress::{Feed, Feeder, Template};
+use groundloop::stress::{Template, Workload, WorkloadGenerator};
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::Deserializer;
 use hdrhistogram::serialization::interval_log::{IntervalLogIterator, LogEntry};
@@ -255,16 +255,23 @@ fn the_same_seed_gives_the_same_views() {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
     let problem = template(&folder, 4);
     let views = |feed, seed| {
-        let mut feeder = Feeder::new(feed, (&folder.domain, &problem), 30, seed);
+        let mut feeder = WorkloadGenerator::new(feed, (&folder.domain, &problem), 30, seed);
         (0..40).map(|_| feeder.next(None)).collect::<Vec<_>>()
     };
-    for feed in [Feed::Progress, Feed::Deviation, Feed::Flip, Feed::Objects, Feed::Random] {
+    for feed in [
+        Workload::Progress,
+        Workload::Deviation,
+        Workload::Flip,
+        Workload::Objects,
+        Workload::Random,
+    ] {
         assert_eq!(views(feed, 1), views(feed, 1), "{feed:?}");
         assert_ne!(views(feed, 1), views(feed, 2), "{feed:?}");
     }
-    let gone = views(Feed::Objects, 1).iter().filter(|view| view.objects.len() == 4).count();
+    let gone = views(Workload::Objects, 1).iter().filter(|view| view.objects.len() == 4).count();
     assert_eq!(gone, 20, "an object is gone in every second view");
-    let unknown = views(Feed::Flip, 1).iter().filter(|view| !view.facts.unknown.is_empty()).count();
+    let unknown =
+        views(Workload::Flip, 1).iter().filter(|view| !view.facts.unknown.is_empty()).count();
     assert!(unknown > 0);
 }
 
@@ -272,7 +279,7 @@ fn the_same_seed_gives_the_same_views() {
 fn progress_does_the_step_that_the_plan_begins_with() {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
     let problem = template(&folder, 3);
-    let mut feeder = Feeder::new(Feed::Progress, (&folder.domain, &problem), 0, 1);
+    let mut feeder = WorkloadGenerator::new(Workload::Progress, (&folder.domain, &problem), 0, 1);
     let view = feeder.next(Some(&Step::new("pick_up", &["b2", "arm"])));
     assert!(view.facts.known.iter().any(|atom| atom.to_string() == "(holding b2)"));
     assert!(view.counts);

@@ -6,7 +6,7 @@ use std::path::Path;
 use groundloop::clock::thread_cpu_ns;
 use groundloop::pddl::{Atom, Condition, Domain, SourceText, Typed, parse_domain, parse_goal};
 use groundloop::planning::{
-    Budget, Coverage, GroundingLimits, NO_PENALTIES, PlanRequest, Task, TaskInput,
+    Budget, Coverage, GroundingLimits, NO_PENALTIES, PlanRequest, Solver, Task, TaskInput,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -65,6 +65,7 @@ fn figures(domain: &Domain, n: usize) -> Figures {
     let input =
         TaskInput { domain, objects, init: &init, goal: &goal, costs: &costs, minimise_cost };
     let task = Task::new(&input, Coverage::AllStates, &GroundingLimits::standard()).unwrap();
+    let solver = Solver::new(task);
     let mut figures = Figures::default();
     for state in 0..STATES {
         let facts = facts(&towers(n, &mut random));
@@ -77,7 +78,7 @@ fn figures(domain: &Domain, n: usize) -> Figures {
             penalties: &NO_PENALTIES,
         };
         let found = |budget: &Budget, interrupt: &dyn Fn() -> bool| {
-            let (answer, ms) = cpu_ms(|| task.solve(&facts, &NO_PENALTIES, budget, interrupt));
+            let (answer, ms) = cpu_ms(|| solver.solve(&facts, &NO_PENALTIES, budget, interrupt));
             (cost(domain, &request, &answer.outcome).unwrap(), ms)
         };
         let mut budget = Budget::standard();

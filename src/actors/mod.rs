@@ -6,6 +6,7 @@ mod lifecycle;
 mod monitor;
 mod pause;
 mod supervisor;
+mod table_thread;
 pub mod camera;
 pub mod scene_parser;
 pub mod goal_parser;

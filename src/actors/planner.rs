@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::table_thread::TableThread;
 use super::{ActorError, Checkpoint, Monitor};
 use crate::clock::{monotonic_ns, thread_cpu_ns};
 use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent};
 use crate::pddl::Step;
-use crate::replanning::{Patience, Replanner, TableBuilder};
+use crate::planners::Deadlines;
+use crate::replanning::{ReplanQuery, Replanner, TableBuilder};
 use crate::scene::Scene;
 use crate::transport::convert::{
     WireContext, goal_from_wire, outcome_from_wire, plan_to_wire, scene_from_wire,
@@ -19,22 +21,22 @@ use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportErr
 
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
-pub struct Args {
+pub struct PlannerArgs {
     /// The bus.
     pub bus: Bus,
     /// Both ends of the topics agree on this.
     pub context: Arc<WireContext>,
-    /// How long one call may search, on the clock on the wall; `None`: as long as its counts allow.
+    /// How long one call may search, wall-clock time; `None`: as long as its counts allow.
     pub deadline: Option<Duration>,
     /// Memory that outlives the actor.
-    pub checkpoint: Checkpoint<Memory>,
+    pub checkpoint: Checkpoint<PlannerMemory>,
     /// Panics on purpose.
     pub monitor: Monitor,
 }
 
 /// Memory that outlives the actor.
 #[derive(Debug, Clone)]
-pub struct Memory {
+pub struct PlannerMemory {
     replanner: Replanner,
     goal: Option<GoalMessage>,
     failures: BTreeMap<Step, u32>,
@@ -42,7 +44,7 @@ pub struct Memory {
     last_cycle: Option<u64>,
 }
 
-impl Memory {
+impl PlannerMemory {
     /// Nothing has been planned yet.
     pub fn new(replanner: Replanner) -> Self {
         let (goal, failures) = (None, BTreeMap::new());
@@ -54,7 +56,7 @@ impl Memory {
 ///
 /// # Errors
 /// [`ActorError`] when the bus fails.
-pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
+pub async fn serve(args: Arc<PlannerArgs>) -> Result<(), ActorError> {
     let mut scenes: Subscriber<TaskHeader, SceneRecord> =
         args.bus.subscriber(&SCENE, Depth::newest())?;
     let mut goals: Subscriber<TaskHeader, u8> = args.bus.subscriber(&GOAL, Depth::newest())?;
@@ -62,7 +64,7 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         args.bus.subscriber(&OUTCOME, Depth::all(RELIABLE_DEPTH))?;
     let plans: Publisher<TaskHeader, StepRecord> = args.bus.publisher(&PLAN)?;
     let mut memory = args.checkpoint.load();
-    let mut tables = TableBuilder::default();
+    let mut tables = TableThread::default();
     loop {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         let scene = scenes.newest_of(read).await?;
@@ -84,16 +86,13 @@ pub async fn serve(args: Arc<Args>) -> Result<(), ActorError> {
         let plan = tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
         let (header, records) = plan_to_wire(&plan, &args.context)?;
         plans.publish(header, &records)?;
-        memory.replanner.prepare(scene.cause.cycle);
-        if let Some(request) = memory.replanner.pending() {
-            tables.start(request);
-        }
+        memory.replanner.prepare(&mut tables);
         memory.last_cycle = Some(scene.cause.cycle);
         args.checkpoint.store(memory.clone());
     }
 }
 
-impl Memory {
+impl PlannerMemory {
     fn hear(
         &mut self,
         outcomes: &mut Subscriber<TaskHeader, OutcomeRecord>,
@@ -116,42 +115,25 @@ impl Memory {
         &mut self,
         scene: &Scene,
         deadline: Option<Duration>,
-        tables: &mut TableBuilder,
+        tables: &mut dyn TableBuilder,
     ) -> PlanMessage {
         let Some(goal) = &self.goal else {
             let verdict = PlanVerdict::Missing { objects: Vec::new() };
             return PlanMessage::new(scene.cause, verdict);
         };
-        if let Some(wait) = self.replanner.is_table_due(scene.cause.cycle)
-            && let Some(request) = self.replanner.pending()
-            && let Some(end) = tables.result(request, wait)
-        {
-            self.replanner.adopt(end);
-        }
-        let start = Spent { cpu_ns: thread_cpu_ns(), wall_ns: monotonic_ns() };
-        self.replanner.observe(scene, goal);
-        let observe = since(start);
+        let start_ns = monotonic_ns();
         let passed = |part: u32| {
             let due = deadline.map(|deadline| (deadline / part).as_nanos());
-            due.is_some_and(|due| u128::from(monotonic_ns() - start.wall_ns) > due)
+            due.is_some_and(|due| u128::from(monotonic_ns() - start_ns) > due)
         };
-        let patience = Patience { hurry: &|| passed(2), interrupt: &|| passed(1) };
-        let decided = self.replanner.decide(scene, goal, &self.failures, patience);
-        let decide = since(start);
-        let decide = Spent {
-            cpu_ns: decide.cpu_ns - observe.cpu_ns,
-            wall_ns: decide.wall_ns - observe.wall_ns,
-        };
-        let verdict = self.replanner.verdict(decided.end);
-        let plan_us = u32::try_from(since(start).wall_ns / 1000).unwrap_or(u32::MAX);
-        let (rung, expansions) = (decided.rung, decided.expansions);
-        PlanMessage { cause: scene.cause, verdict, rung, expansions, plan_us, observe, decide }
+        // A cheapest plan is worth half of the time, any plan the rest of it.
+        let deadlines = Deadlines { soft: &|| passed(2), hard: &|| passed(1) };
+        let query = ReplanQuery { scene, goal, failures: &self.failures };
+        self.replanner.plan(query, deadlines, &spent, tables)
     }
 }
 
-fn since(start: Spent) -> Spent {
-    Spent {
-        cpu_ns: thread_cpu_ns().saturating_sub(start.cpu_ns),
-        wall_ns: monotonic_ns().saturating_sub(start.wall_ns),
-    }
+/// The time that this thread has spent so far.
+fn spent() -> Spent {
+    Spent { cpu_ns: thread_cpu_ns(), wall_ns: monotonic_ns() }
 }

@@ -39,6 +39,16 @@ pub struct ActorSpec {
     pub serve: Box<dyn Fn() -> Serve + Send + Sync>,
 }
 
+impl ActorSpec {
+    /// An actor whose data loop is this future, made anew for each incarnation.
+    pub fn new<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> Self
+    where
+        F: Future<Output = Result<(), ActorError>> + Send + 'static,
+    {
+        Self { name, serve: Box::new(move || -> Serve { Box::pin(serve()) }) }
+    }
+}
+
 impl std::fmt::Debug for ActorSpec {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ActorSpec").field("name", &self.name).finish_non_exhaustive()

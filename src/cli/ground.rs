@@ -91,7 +91,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     Ok(match &outcome {
         None | Some(Outcome::Solved(_)) => 0,
         Some(Outcome::Unsolvable { .. }) => exit::UNSOLVABLE,
-        Some(Outcome::OutOfBudget { .. }) => exit::GAVE_UP,
+        Some(Outcome::OutOfBudget { .. } | Outcome::Interrupted) => exit::GAVE_UP,
         Some(Outcome::Unsupported { .. } | Outcome::BadInput { .. }) => exit::BAD_INPUT,
     })
 }

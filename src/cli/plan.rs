@@ -9,7 +9,7 @@ use super::{Failure, exit, out};
 use crate::clock::monotonic_ns;
 use crate::parts::PartContext;
 use crate::pddl::{
-    Domain, Parsed, Place, Problem, SourceText, Warning, parse_domain, parse_problem,
+    Domain, Parsed, Problem, SourcePosition, SourceText, Warning, parse_domain, parse_problem,
 };
 use crate::planners::{FastDownward, PLANNERS, PlannerInputs};
 use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
@@ -64,7 +64,7 @@ pub(super) fn source(path: &Path) -> Result<SourceText, Failure> {
 /// Says what is odd about a text.
 fn warned<T>(source: &SourceText, parsed: Parsed<T>) -> T {
     for Warning { span, message } in &parsed.warnings {
-        out::note(&format!("{}: warning: {message}", Place::new(source, *span)));
+        out::note(&format!("{}: warning: {message}", SourcePosition::new(source, *span)));
     }
     parsed.value
 }
@@ -82,6 +82,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         Outcome::OutOfBudget { limit, value } => {
             ("out-of-budget", exit::GAVE_UP, format!("{limit} = {value}"))
         }
+        Outcome::Interrupted => ("out-of-budget", exit::GAVE_UP, "interrupted".to_owned()),
         Outcome::Unsupported { feature } => {
             ("unsupported", exit::BAD_INPUT, format!("unsupported: {feature}"))
         }

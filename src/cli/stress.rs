@@ -9,8 +9,8 @@ use super::plan::fast_downward;
 use super::{Failure, exit, out};
 use crate::run::{ConfigError, read_text};
 use crate::stress::{
-    Cell, Comparison, Judgement, Options, Quantiles, Report, StressConfig, StressError, Verdict,
-    check, instances, load_stress, plot, run_stress, write_logs,
+    Cell, CheckVerdict, Comparison, Judgement, Options, StressConfig, StressError, StressReport,
+    TimingQuantiles, check, instances, load_stress, plot, run_stress, write_logs,
 };
 use crate::transport::BusConfig;
 
@@ -99,7 +99,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let say: fn(&str) = if args.json { out::note } else { out::line };
     say("");
     say(&trimmed(&check_table(&judgements)));
-    let regressed = judgements.iter().any(|j| j.verdict == Verdict::Regressed);
+    let regressed = judgements.iter().any(|j| j.verdict == CheckVerdict::Regressed);
     Ok(if regressed { exit::CHECK_FAILED } else { 0 })
 }
 
@@ -116,7 +116,7 @@ fn select(config: &mut StressConfig, wanted: &[String]) -> Result<(), ConfigErro
     Ok(())
 }
 
-fn read_report(path: &Path) -> Result<Report, Failure> {
+fn read_report(path: &Path) -> Result<StressReport, Failure> {
     serde_json::from_str(&read_text(path)?).map_err(|error| {
         let path = path.display();
         Failure::bad_input(format!("{path}: expected a report of groundloop stress: {error}"))
@@ -139,7 +139,7 @@ fn bar() -> ProgressBar {
     }
 }
 
-fn print_report(report: &Report) {
+fn print_report(report: &StressReport) {
     let machine = &report.machine;
     let loads: Vec<String> = machine.load.iter().map(|[now, ..]| format!("{now:.1}")).collect();
     out::line(&format!(
@@ -185,7 +185,7 @@ fn cell_table(cells: &[Cell]) -> Table {
     ]);
     for cell in cells {
         let key = &cell.key;
-        let Quantiles { p50, p90, p99, p999, max } = cell.cpu_ns;
+        let TimingQuantiles { p50, p90, p99, p999, max } = cell.cpu_ns;
         let (wall, trip) = (cell.wall_ns, cell.round_trip_ns);
         let mut row = vec![
             Text::new(&key.case),
@@ -244,10 +244,10 @@ fn check_table(judgements: &[Judgement]) -> Table {
     table.set_header(["check", "before µs", "now µs", "ratio", "verdict"]);
     for judgement in judgements {
         let (verdict, known) = match judgement.verdict {
-            Verdict::Passed => ("passed", true),
-            Verdict::Regressed => ("REGRESSED", true),
-            Verdict::TooFew => ("too few to tell", true),
-            Verdict::Unmatched => ("not in both", false),
+            CheckVerdict::Passed => ("passed", true),
+            CheckVerdict::Regressed => ("REGRESSED", true),
+            CheckVerdict::TooFew => ("too few to tell", true),
+            CheckVerdict::Unmatched => ("not in both", false),
         };
         let ratio = format!("{:.2}", judgement.ratio());
         table.add_row([

@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use super::semantics::{Bindings, Universe, evaluate};
+use super::semantics::{Universe, evaluate};
+use super::variables::Bindings;
 use super::{Facts, Truth};
 use crate::pddl::strata::stratify;
 use crate::pddl::{Atom, Axiom, Name};

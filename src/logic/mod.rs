@@ -10,8 +10,6 @@ mod demand;
 pub use demand::Demand;
 pub use extension::{Extension, derive};
 pub use facts::Facts;
-pub use semantics::{
-    Bindings, Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied,
-};
+pub use semantics::{Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied};
 pub use truth::Truth;
-pub use variables::substitute;
+pub use variables::{Bindings, substitute};

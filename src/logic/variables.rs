@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Bindings;
 use crate::pddl::{Condition, Literal, Name, Term, Typed};
+
+/// The object each variable stands for.
+pub type Bindings = BTreeMap<Name, Name>;
 
 /// The condition with its free variables replaced by the objects that they are bound to.
 pub fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {

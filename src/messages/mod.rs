@@ -5,7 +5,7 @@ mod device;
 mod event;
 mod health;
 mod run;
-mod rung;
+mod plan_source;
 mod task;
 mod verdict;
 
@@ -15,8 +15,8 @@ pub use device::{
 };
 pub use event::{Deviation, Event, EventMessage, ReplanCause};
 pub use health::ActorHealth;
+pub use plan_source::{PlanSource, Reuse};
 pub use run::RunDescriptor;
-pub use rung::{Reuse, Rung};
 pub use task::{
     Dispatch, Effects, GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent, StepOutcome,
     named_objects,

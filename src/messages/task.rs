@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
+use std::ops::Sub;
 
-use super::Rung;
+use super::PlanSource;
 use crate::logic::Truth;
 use crate::pddl::{Atom, Condition, Name, Step, Term, Typed};
 use crate::scene::FrameRef;
@@ -137,8 +138,8 @@ pub struct PlanMessage {
     pub cause: FrameRef,
     /// The answer.
     pub verdict: PlanVerdict,
-    /// Which rung of the ladder gave it; none when the question could not be put.
-    pub rung: Option<Rung>,
+    /// Which source of the plan-reuse cascade gave it; none when the question could not be put.
+    pub source: Option<PlanSource>,
     /// States expanded for it.
     pub expansions: u64,
     /// Time spent, microseconds (latency only).
@@ -153,7 +154,7 @@ impl PlanMessage {
     /// A verdict without figures.
     pub fn new(cause: FrameRef, verdict: PlanVerdict) -> Self {
         let (observe, decide) = (Spent::default(), Spent::default());
-        Self { cause, verdict, rung: None, expansions: 0, plan_us: 0, observe, decide }
+        Self { cause, verdict, source: None, expansions: 0, plan_us: 0, observe, decide }
     }
 }
 
@@ -162,8 +163,20 @@ impl PlanMessage {
 pub struct Spent {
     /// Processor time of the thread, nanoseconds.
     pub cpu_ns: u64,
-    /// Time on the clock on the wall, nanoseconds.
+    /// Wall-clock time, nanoseconds.
     pub wall_ns: u64,
+}
+
+impl Sub for Spent {
+    type Output = Self;
+
+    /// What was spent since `earlier`; nothing where a clock has gone backwards.
+    fn sub(self, earlier: Self) -> Self {
+        Self {
+            cpu_ns: self.cpu_ns.saturating_sub(earlier.cpu_ns),
+            wall_ns: self.wall_ns.saturating_sub(earlier.wall_ns),
+        }
+    }
 }
 
 /// What a step changes when it is carried out from a known state.

@@ -32,7 +32,7 @@ pub struct EpisodeReport {
     pub wall_seconds: f64,
     /// Processor time of the process per frame, all threads.
     pub cpu_ms_per_frame: f64,
-    /// How often each rung of the replanning ladder has answered.
+    /// How often each source of the plan-reuse cascade has answered.
     pub rungs: BTreeMap<&'static str, u64>,
     /// SHA-256 over every decision.
     pub decision_hash: String,

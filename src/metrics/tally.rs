@@ -2,27 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{DecisionHash, Latency};
-use crate::messages::{AnswerKind, Command, Counts, PlanMessage, Verdict};
+use super::{AnsweredCycle, DecisionHash, Latency};
+use crate::messages::{AnswerKind, Counts, Verdict};
 use crate::pddl::Step;
 use crate::scene::Scene;
-
-/// One answered frame: what was seen, planned and commanded.
-#[derive(Debug, Clone, Copy)]
-pub struct AnsweredCycle<'a> {
-    /// The scene that the command rests on.
-    pub scene: &'a Scene,
-    /// The plan that it rests on.
-    pub plan: &'a PlanMessage,
-    /// The command.
-    pub command: &'a Command,
-    /// Which kind of answer it is.
-    pub kind: AnswerKind,
-    /// How the episode ends with it, if it does.
-    pub verdict: Option<&'a Verdict>,
-    /// Monotonic clock once the command had been sent, nanoseconds (latency only).
-    pub answered_ns: u64,
-}
 
 /// How an episode ended, with all that was measured.
 #[derive(Debug, Clone)]
@@ -49,7 +32,7 @@ pub struct EpisodeMetrics {
     pub ground: Latency,
     /// Scene graph → plan.
     pub plan: Latency,
-    /// How often each rung of the replanning ladder has answered.
+    /// How often each source of the replanning ladder has answered.
     pub rungs: BTreeMap<&'static str, u64>,
     decisions: DecisionHash,
     first_ns: Option<u64>,
@@ -70,8 +53,8 @@ impl EpisodeMetrics {
         self.detect.record_us(scene.detect_us.into());
         self.ground.record_us(scene.ground_us.into());
         self.plan.record_us(plan.plan_us.into());
-        if let Some(rung) = plan.rung {
-            *self.rungs.entry(rung.name()).or_default() += 1;
+        if let Some(source) = plan.source {
+            *self.rungs.entry(source.name()).or_default() += 1;
         }
         self.first_ns.get_or_insert(scene.cause.capture_ns);
         self.last_ns = scene.cause.capture_ns;

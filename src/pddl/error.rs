@@ -43,7 +43,7 @@ pub enum ErrorKind {
 
 /// A position in a source text, with enough of the text to show it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct SourcePosition {
     /// Name of the source.
     pub file: String,
     /// Line, from 1.
@@ -60,10 +60,10 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: error: {message}")]
 pub struct PddlError {
-    /// The kind of mistake.
+    /// The class of mistake, for callers that tell them apart.
     pub kind: ErrorKind,
-    /// Where it is.
-    pub place: Box<Place>,
+    /// Line, column and text, for the caret.
+    pub place: Box<SourcePosition>,
     /// What was expected and what was found.
     pub message: String,
     /// The enclosing form, for example "in action stack, precondition"; empty at the top.
@@ -77,14 +77,14 @@ pub struct PddlError {
 pub struct Warning {
     /// Bytes concerned.
     pub span: Span,
-    /// What is odd.
+    /// What is accepted though it is likely a mistake.
     pub message: String,
 }
 
 /// A tree read from text, with what was odd about the text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parsed<T> {
-    /// The tree.
+    /// What was read.
     pub value: T,
     /// In the order of the text.
     pub warnings: Vec<Warning>,
@@ -95,7 +95,7 @@ const SHOWN_LINE_CHARS_MAX: usize = 120;
 /// How a tab is shown.
 const TAB: &str = "    ";
 
-impl Place {
+impl SourcePosition {
     /// Finds the line and column of `span` in `source`; a span outside the text is clamped to it.
     pub fn new(source: &SourceText, span: Span) -> Self {
         let text = &source.text;
@@ -155,7 +155,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for SourcePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}:{}", self.file, self.line, self.column)
     }
@@ -198,7 +198,10 @@ mod tests {
         let source = SourceText::new("a.pddl", text);
         PddlError {
             kind: ErrorKind::Syntax,
-            place: Box::new(Place::new(&source, Span { start, end: start + marked.len() })),
+            place: Box::new(SourcePosition::new(
+                &source,
+                Span { start, end: start + marked.len() },
+            )),
             message: "no".to_owned(),
             context: "in action a".to_owned(),
             help: Some("write b".to_owned()),
@@ -230,7 +233,7 @@ mod tests {
     #[test]
     fn a_span_outside_the_text_is_clamped() {
         let source = SourceText::new("a", "é");
-        assert_eq!(Place::new(&source, Span { start: 1, end: 99 }).column, 1);
-        assert_eq!(Place::new(&source, Span { start: 50, end: 99 }).column, 2);
+        assert_eq!(SourcePosition::new(&source, Span { start: 1, end: 99 }).column, 1);
+        assert_eq!(SourcePosition::new(&source, Span { start: 50, end: 99 }).column, 2);
     }
 }

@@ -13,7 +13,7 @@ pub use ast::{
     Action, Atom, Axiom, Condition, CostTerm, Domain, Effect, Literal, Problem, Signature, Step,
     Term, Typed, Types,
 };
-pub use error::{ErrorKind, Parsed, PddlError, Place, SourceText, Span, Warning};
+pub use error::{ErrorKind, Parsed, PddlError, SourcePosition, SourceText, Span, Warning};
 pub use name::Name;
 pub use parse::{parse_domain, parse_facts, parse_goal, parse_plan, parse_problem, parse_rules};
 pub use print::{print_domain, print_problem};

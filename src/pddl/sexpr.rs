@@ -1,6 +1,6 @@
 //! Spanned s-expressions: the only layer that looks at characters.
 
-use super::error::{ErrorKind, PddlError, Place, SourceText, Span};
+use super::error::{ErrorKind, PddlError, SourcePosition, SourceText, Span};
 
 /// Deepest nesting of parentheses; it bounds every recursion over a tree made from text.
 pub const NESTING_MAX: usize = 200;
@@ -84,7 +84,7 @@ pub(super) fn quote(word: &str) -> String {
 pub(super) fn read(source: &SourceText) -> Result<Vec<Node<'_>>, PddlError> {
     let error = |span: Span, message: String| PddlError {
         kind: ErrorKind::Syntax,
-        place: Box::new(Place::new(source, span)),
+        place: Box::new(SourcePosition::new(source, span)),
         message,
         context: String::new(),
         help: None,

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::{PLANNERS, Planner, PlannerInputs};
-use crate::messages::{Reuse, Rung};
+use crate::messages::{PlanSource, Reuse};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext, PartError};
 use crate::planning::Budget;
@@ -16,10 +16,10 @@ use crate::planning::Budget;
 pub struct PlannerConfig {
     /// A key of `planners::PLANNERS`.
     pub name: String,
-    /// When the followed plan is kept.
+    /// When the current plan is kept.
     pub reuse: Reuse,
-    /// The rungs of the replanning ladder that are switched on, in any order.
-    pub rungs: Vec<Rung>,
+    /// The sources of the plan-reuse cascade that are switched on, in any order.
+    pub rungs: Vec<PlanSource>,
     /// Most states that one call expands.
     pub expansions_max: u64,
     /// Most states that the admissible search expands before the satisficing one takes over.
@@ -54,7 +54,7 @@ impl PlannerConfig {
         Self {
             name: name.to_owned(),
             reuse: Reuse::Valid,
-            rungs: vec![Rung::Search],
+            rungs: vec![PlanSource::Search],
             expansions_max: budget.greedy_expansions_max,
             optimal_expansions_max: budget.optimal_expansions_max,
             improve_expansions_max: 0,
@@ -67,7 +67,7 @@ impl PlannerConfig {
 
     /// What one call of the planner may spend.
     pub fn budget(&self) -> Budget {
-        let improves = self.rungs.contains(&Rung::Improve);
+        let improves = self.rungs.contains(&PlanSource::Improve);
         Budget {
             optimal_expansions_max: self.optimal_expansions_max,
             greedy_expansions_max: self.expansions_max,
@@ -96,7 +96,7 @@ impl PlannerConfig {
 
     /// Checks what types cannot say.
     pub(crate) fn check(&self) -> Result<(), Mismatch> {
-        if self.rungs.contains(&Rung::Search) {
+        if self.rungs.contains(&PlanSource::Search) {
             return Ok(());
         }
         let names: Vec<&str> = self.rungs.iter().map(|rung| rung.name()).collect();

@@ -2,7 +2,7 @@
 
 use super::{PlanQuery, Planner};
 use crate::parts::{Part, no_options};
-use crate::planning::{Answer, Budget, Outcome, Task, plan};
+use crate::planning::{Budget, Outcome, PlanAnswer, Solver, plan};
 
 #[derive(Debug)]
 struct Embedded {
@@ -18,9 +18,9 @@ pub(super) const PART: Part<dyn Planner> = Part {
 };
 
 impl Planner for Embedded {
-    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
+    fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer {
         if let Some(grounded) = query.grounded {
-            return self.solve(grounded.task, query);
+            return self.solve(grounded.solver, query);
         }
         plan(query.domain, &query.request(), &self.budget)
     }
@@ -28,16 +28,16 @@ impl Planner for Embedded {
 
 impl Embedded {
     /// Looks for a cheapest plan until that takes too long, then for any plan.
-    fn solve(&self, task: &Task, query: &PlanQuery<'_>) -> Answer {
+    fn solve(&self, solver: &Solver, query: &PlanQuery<'_>) -> PlanAnswer {
         let (init, penalties) = (query.init, query.penalties);
         let optimal = Budget { greedy_expansions_max: 0, ..self.budget.clone() };
-        let first = task.solve(init, penalties, &optimal, query.hurry);
-        let is_open = matches!(first.outcome, Outcome::OutOfBudget { .. });
+        let first = solver.solve(init, penalties, &optimal, query.deadlines.soft);
+        let is_open = matches!(first.outcome, Outcome::OutOfBudget { .. } | Outcome::Interrupted);
         if !is_open || self.budget.greedy_expansions_max == 0 {
             return first;
         }
         let greedy = Budget { optimal_expansions_max: 0, ..self.budget.clone() };
-        let mut second = task.solve(init, penalties, &greedy, query.interrupt);
+        let mut second = solver.solve(init, penalties, &greedy, query.deadlines.hard);
         let lower_bound = first.statistics.lower_bound.max(second.statistics.lower_bound);
         if let Outcome::Solved(plan) = &mut second.outcome {
             plan.lower_bound = lower_bound;

@@ -9,7 +9,7 @@ use std::fmt;
 
 use crate::parts::{Registry, Role};
 use crate::pddl::{Atom, Condition, Domain, Step, Typed};
-use crate::planning::{Answer, Budget, PlanRequest, Task};
+use crate::planning::{Budget, PlanAnswer, PlanRequest, Solver};
 
 pub use config::{PlannerConfig, TableConfig};
 pub use fast_downward::{BackendAnswer, FastDownward};
@@ -17,23 +17,40 @@ pub use fast_downward::{BackendAnswer, FastDownward};
 /// What a planner is asked.
 #[derive(Clone, Copy)]
 pub struct PlanQuery<'a> {
-    /// The domain.
+    /// As the run's domain folder has it.
     pub domain: &'a Domain,
     /// All objects, the domain's constants included.
     pub objects: &'a [Typed],
     /// What holds; everything else does not.
     pub init: &'a BTreeSet<Atom>,
-    /// What must hold.
+    /// What must hold after the last step.
     pub goal: &'a Condition,
     /// Extra cost of single steps: those that have failed before.
     pub penalties: &'a BTreeMap<Step, u32>,
     /// The same question in packed form, where somebody has grounded it already.
     pub grounded: Option<Grounded<'a>>,
-    /// Asked now and then by a search for a cheapest plan, where a search for any plan may follow:
-    /// `true` means that it is time for that one.
-    pub hurry: &'a dyn Fn() -> bool,
-    /// Asked now and then by planners that take long: `true` means that nobody waits any more.
-    pub interrupt: &'a dyn Fn() -> bool,
+    /// How long the answer is waited for.
+    pub deadlines: Deadlines<'a>,
+}
+
+/// How long an answer is waited for. Both are polled from the thread that plans, often.
+#[derive(Clone, Copy)]
+pub struct Deadlines<'a> {
+    /// Soft deadline: polled during optimal search; `true` = switch to satisficing search.
+    pub soft: &'a dyn Fn() -> bool,
+    /// Hard deadline: polled during every search; `true` = answer with what there is.
+    pub hard: &'a dyn Fn() -> bool,
+}
+
+impl Deadlines<'_> {
+    /// As long as the counted limits allow.
+    pub const NONE: Deadlines<'static> = Deadlines { soft: &|| false, hard: &|| false };
+}
+
+impl fmt::Debug for Deadlines<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Deadlines").finish_non_exhaustive()
+    }
 }
 
 /// No action has a cost of its own: plans are as cheap as they are short.
@@ -56,9 +73,9 @@ impl<'a> PlanQuery<'a> {
 /// A ground task with a packed state of it.
 #[derive(Debug, Clone, Copy)]
 pub struct Grounded<'a> {
-    /// The task; it covers every state over its objects.
-    pub task: &'a Task,
-    /// The state.
+    /// Its task covers every state over the objects.
+    pub solver: &'a Solver,
+    /// `init`, packed, with its derived atoms.
     pub state: &'a [u64],
 }
 
@@ -71,7 +88,7 @@ impl fmt::Debug for PlanQuery<'_> {
 /// A planner. Deterministic, unless it is interrupted: the same query gets the same answer.
 pub trait Planner: fmt::Debug + Send + Sync {
     /// Plans once, within its configured limits.
-    fn plan(&self, query: &PlanQuery<'_>) -> Answer;
+    fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer;
 }
 
 /// What planners are made from.

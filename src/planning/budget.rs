@@ -41,9 +41,9 @@ pub struct Budget {
 /// Limits of turning a domain and objects into a ground task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroundingLimits {
-    /// Most ground actions.
+    /// Most ground actions, before those that cannot matter are left out.
     pub actions_max: usize,
-    /// Most ground atoms.
+    /// Most ground atoms that a condition or effect names.
     pub atoms_max: usize,
     /// Most elementary steps: bindings tried, parts of conditions expanded.
     pub steps_max: u64,

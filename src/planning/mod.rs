@@ -1,19 +1,20 @@
 //! Planning: from a state and a goal to a plan, or to the reason why there is none.
 //!
-//! A pipeline: [`Task`] grounds a domain over the present objects (schema → instantiate → ground →
-//! prune → pack), a search looks for a plan in packed states, [`validate()`] checks the plan by
-//! direct interpretation, without any of that. Everything is counted and nothing is timed: the
-//! same input gives the same answer on every machine.
+//! A classical planner. [`Task`] grounds a domain over the present objects (lower → instantiate →
+//! ground → prune → pack), a [`Solver`] looks for plans in its packed states, [`validate()`] checks
+//! a plan by direct interpretation, without any of that; [`plan()`] does the first two for one
+//! question. Everything is counted and nothing is timed: the same input gives the same answer on
+//! every machine.
 
 mod budget;
 mod outcome;
 mod plan;
 mod validate;
-pub(crate) mod task;
-pub(crate) mod mutex;
-pub(crate) mod heuristics;
-pub(crate) mod search;
-pub(crate) mod solve;
+mod task;
+mod mutex;
+mod heuristics;
+mod search;
+mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,9 @@ pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
 pub use mutex::{MutexGroups, Violation};
 pub use outcome::{Outcome, Phase, Proof, Statistics};
 pub use plan::Plan;
+pub use solve::Solver;
 pub use task::{Coverage, Task, TaskError, TaskInput};
+pub(crate) use task::{LiteralMask, Operator, StateRegistry, static_predicates};
 pub use validate::{Validation, validate};
 
 use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
@@ -33,7 +36,7 @@ pub struct PlanRequest<'a> {
     pub objects: &'a [Typed],
     /// What holds at first; derived atoms are computed.
     pub init: &'a BTreeSet<Atom>,
-    /// The goal.
+    /// What must hold at the end.
     pub goal: &'a Condition,
     /// Values of cost functions.
     pub costs: &'a BTreeMap<Atom, f64>,
@@ -43,7 +46,7 @@ pub struct PlanRequest<'a> {
     pub penalties: &'a BTreeMap<Step, u32>,
 }
 
-/// No step is penalised.
+/// For requests in which every step costs what its action costs.
 pub static NO_PENALTIES: BTreeMap<Step, u32> = BTreeMap::new();
 
 impl<'a> PlanRequest<'a> {
@@ -57,22 +60,22 @@ impl<'a> PlanRequest<'a> {
 
 /// What a planning call answers and what it did.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Answer {
-    /// The answer.
+pub struct PlanAnswer {
+    /// A plan, or why there is none.
     pub outcome: Outcome,
-    /// Counts.
+    /// Sizes and counts of what was searched, and a lower bound.
     pub statistics: Statistics,
 }
 
 /// Plans once, from scratch: an optimal search within its limit, then a greedy one.
 ///
 /// The same request gives the same answer, whatever the machine.
-pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Answer {
+pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> PlanAnswer {
     let PlanRequest { objects, init, goal, costs, minimise_cost, .. } = *request;
     let input = TaskInput { domain, objects, init, goal, costs, minimise_cost };
     match Task::new(&input, Coverage::Reachable, &budget.grounding) {
-        Ok(task) => task.solve(init, request.penalties, budget, &|| false),
-        Err(TaskError::OutOfBudget { limit, value }) => Answer {
+        Ok(task) => Solver::new(task).solve(init, request.penalties, budget, &|| false),
+        Err(TaskError::OutOfBudget { limit, value }) => PlanAnswer {
             outcome: Outcome::OutOfBudget { limit, value },
             statistics: Statistics::default(),
         },
@@ -80,7 +83,7 @@ pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Answ
             error @ (TaskError::UnknownName { .. }
             | TaskError::NoCost { .. }
             | TaskError::NotStratified(_)),
-        ) => Answer {
+        ) => PlanAnswer {
             outcome: Outcome::BadInput { reason: error.to_string() },
             statistics: Statistics::default(),
         },

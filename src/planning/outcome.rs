@@ -7,7 +7,7 @@ use super::Plan;
 /// What a planning call answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// A plan.
+    /// The steps, their cost, and whether that is proven cheapest.
     Solved(Plan),
     /// There is no plan; `proof` says why that is certain.
     Unsolvable {
@@ -18,9 +18,11 @@ pub enum Outcome {
     OutOfBudget {
         /// Name of the limit, as in [`super::Budget`].
         limit: &'static str,
-        /// Its value.
+        /// What it allows; 0 where it is no number.
         value: u64,
     },
+    /// The deadline passed, or the caller cancelled, before an answer was found.
+    Interrupted,
     /// The task uses a feature that this planner does not support.
     Unsupported {
         /// Its name.
@@ -40,6 +42,7 @@ impl Outcome {
             Self::Solved(_) => "solved",
             Self::Unsolvable { .. } => "unsolvable",
             Self::OutOfBudget { .. } => "out-of-budget",
+            Self::Interrupted => "interrupted",
             Self::Unsupported { .. } => "unsupported",
             Self::BadInput { .. } => "bad-input",
         }
@@ -52,6 +55,7 @@ impl Outcome {
             Self::Solved(_) => None,
             Self::Unsolvable { proof } => Some(proof.to_string()),
             Self::OutOfBudget { limit, value } => Some(format!("{limit} = {value}")),
+            Self::Interrupted => Some("the deadline has passed".to_owned()),
             Self::Unsupported { feature } => Some(feature.clone()),
             Self::BadInput { reason } => Some(reason.clone()),
         }
@@ -77,7 +81,7 @@ pub enum Proof {
     RelaxedUnreachable,
     /// Every reachable state that is no dead end of the delete relaxation was expanded.
     Exhausted {
-        /// How many there are.
+        /// How many were expanded.
         n_states: usize,
     },
     /// An external planner reports it; it has not been verified here.
@@ -85,7 +89,7 @@ pub enum Proof {
 }
 
 impl Proof {
-    /// A name for machines.
+    /// A fixed word for JSON.
     pub fn kind(self) -> &'static str {
         match self {
             Self::GoalFalse => "goal-false",
@@ -134,7 +138,7 @@ pub struct Phase {
     pub name: &'static str,
     /// States whose successors were generated.
     pub expanded: u64,
-    /// Successors generated.
+    /// Successors generated, states met before among them.
     pub generated: u64,
     /// States given to the heuristic.
     pub evaluated: u64,
@@ -174,6 +178,7 @@ mod tests {
             Outcome::Unsolvable { proof: Proof::Exhausted { n_states: 7 } },
             Outcome::Unsolvable { proof: Proof::OtherPlanner },
             Outcome::OutOfBudget { limit: "greedy_expansions_max", value: 2 },
+            Outcome::Interrupted,
             Outcome::Unsupported { feature },
             Outcome::BadInput { reason: "expected an object, got cup".to_owned() },
         ];
@@ -186,6 +191,7 @@ mod tests {
                 "unsolvable: the search is exhausted after 7 states, dead ends left out",
                 "unsolvable: the external planner reports it; this has not been verified",
                 "out-of-budget: greedy_expansions_max = 2",
+                "interrupted: the deadline has passed",
                 "unsupported: numeric fluents",
                 "bad-input: expected an object, got cup",
             ]

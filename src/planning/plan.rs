@@ -7,7 +7,7 @@ use crate::pddl::Step;
 /// A sequence of steps that reaches the goal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// The steps in order.
+    /// First to last; empty when the goal holds at once.
     pub steps: Vec<Step>,
     /// Sum of the actions' costs, in units of `1 / cost_scale`; the number of steps when the
     /// problem does not ask for cheap plans.

@@ -1,21 +1,30 @@
 //! Which searches answer a planning call, and in which order.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
 
-use super::heuristics::{Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, Prepared};
-use super::search::{self, AStar, End, Limits};
-use super::task::Task;
-use super::task::formula::Formula;
-use super::{Answer, Budget, OptimalHeuristic, Outcome, Phase, Plan, Proof, Statistics};
+use super::heuristics::{
+    Blind, Databases, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, RelaxedTask,
+};
+use super::search::{self, AStar, End, Limit, Limits};
+use super::task::{Formula, Task};
+use super::{Budget, OptimalHeuristic, Outcome, Phase, Plan, PlanAnswer, Proof, Statistics};
 use crate::pddl::{Atom, Step};
 
-/// Name of the limit when a search was interrupted from outside.
-pub(crate) const INTERRUPTED: &str = "deadline_ms";
+/// Solves one task again and again, from changing states and at changing prices.
+///
+/// Owns what heuristics derive from the task: made when first asked for, kept as long as the task.
+#[derive(Debug)]
+pub struct Solver {
+    task: Task,
+    relaxed: OnceLock<RelaxedTask>,
+    databases: OnceLock<Option<Databases>>,
+}
 
 /// The answer of the searches over packed states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SearchAnswer {
-    /// How it ended.
+    /// A plan as operators, or why there is none.
     pub(crate) end: SearchEnd,
     /// No plan is cheaper than this; 0 when nothing is known.
     pub(crate) lower_bound: u64,
@@ -26,7 +35,7 @@ pub(crate) struct SearchAnswer {
 /// How the searches over packed states ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum SearchEnd {
-    /// A plan.
+    /// Operators that lead to the goal.
     Found {
         /// Numbers of the operators, in order.
         operators: Vec<u32>,
@@ -40,39 +49,63 @@ pub(crate) enum SearchEnd {
         /// Why that is certain.
         proof: Proof,
     },
-    /// A limit was met, or the search was interrupted ([`INTERRUPTED`]).
+    /// A limit was met.
     OutOfBudget {
-        /// Name of the limit.
+        /// Its key in [`Budget`].
         limit: &'static str,
-        /// Its value.
+        /// What it allows.
         value: u64,
     },
+    /// The caller did not want to wait any longer.
+    Interrupted,
 }
 
-impl Task {
+impl Solver {
+    /// Solves a task; nothing is computed yet.
+    pub fn new(task: Task) -> Self {
+        Self { task, relaxed: OnceLock::new(), databases: OnceLock::new() }
+    }
+
+    /// What is solved; its states are those that [`Self::solve`] packs.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The task's delete relaxation.
+    pub(super) fn relaxed(&self) -> &RelaxedTask {
+        self.relaxed.get_or_init(|| RelaxedTask::new(&self.task))
+    }
+
+    /// The task's pattern databases; none where they do not apply.
+    fn databases(&self) -> Option<&Databases> {
+        self.databases.get_or_init(|| Databases::new(&self.task)).as_ref()
+    }
+
     /// Plans from `init` within the task; see [`super::plan()`].
     ///
-    /// `interrupt` is asked now and then; once it says yes, the call ends with the plan that it
-    /// has, or out of budget.
+    /// `interrupt` is polled; once it says yes, the call ends with the plan that it has, or with
+    /// [`Outcome::Interrupted`].
     pub fn solve(
         &self,
         init: &BTreeSet<Atom>,
         penalties: &BTreeMap<Step, u32>,
         budget: &Budget,
         interrupt: &dyn Fn() -> bool,
-    ) -> Answer {
+    ) -> PlanAnswer {
+        let task = &self.task;
         let penalties = self.penalties(penalties);
         let costs = self.costs(&penalties);
-        let answer = self.search_from(&self.state(init), &costs, budget, interrupt);
+        let answer = self.search_from(&task.state(init), &costs, budget, interrupt);
         let statistics = Statistics {
-            n_atoms: self.n_atoms(),
-            n_actions: self.n_actions(),
+            n_atoms: task.n_atoms(),
+            n_actions: task.n_actions(),
             lower_bound: answer.lower_bound,
             phases: answer.phases,
         };
         let outcome = match answer.end {
             SearchEnd::Exhausted { proof } => Outcome::Unsolvable { proof },
             SearchEnd::OutOfBudget { limit, value } => Outcome::OutOfBudget { limit, value },
+            SearchEnd::Interrupted => Outcome::Interrupted,
             SearchEnd::Found { operators, proven_optimal, .. } => {
                 let sum = |value: &dyn Fn(u32) -> u64| {
                     operators.iter().fold(0, |sum: u64, &a| sum.saturating_add(value(a)))
@@ -80,30 +113,31 @@ impl Task {
                 Outcome::Solved(Plan {
                     steps: operators
                         .iter()
-                        .map(|&a| self.operators[a as usize].step.clone())
+                        .map(|&a| task.operators[a as usize].step.clone())
                         .collect(),
-                    cost: sum(&|a| self.operators[a as usize].cost),
-                    cost_scale: self.cost_scale,
+                    cost: sum(&|a| task.operators[a as usize].cost),
+                    cost_scale: task.cost_scale,
                     penalty: sum(&|a| penalties[a as usize]),
                     lower_bound: answer.lower_bound,
                     proven_optimal,
                 })
             }
         };
-        Answer { outcome, statistics }
+        PlanAnswer { outcome, statistics }
     }
 
     /// The penalty of each operator, in units of cost.
     pub(crate) fn penalties(&self, penalties: &BTreeMap<Step, u32>) -> Vec<u64> {
         let penalty = |step: &Step| {
-            u64::from(penalties.get(step).copied().unwrap_or(0)).saturating_mul(self.cost_scale)
+            u64::from(penalties.get(step).copied().unwrap_or(0))
+                .saturating_mul(self.task.cost_scale)
         };
-        self.operators.iter().map(|o| penalty(&o.step)).collect()
+        self.task.operators.iter().map(|o| penalty(&o.step)).collect()
     }
 
     /// What each operator costs, penalty included.
     pub(crate) fn costs(&self, penalties: &[u64]) -> Vec<u64> {
-        let operators = self.operators.iter().zip(penalties);
+        let operators = self.task.operators.iter().zip(penalties);
         operators.map(|(o, p)| o.cost.saturating_add(*p)).collect()
     }
 
@@ -115,10 +149,10 @@ impl Task {
         budget: &Budget,
         interrupt: &dyn Fn() -> bool,
     ) -> SearchAnswer {
-        let mut call = Call { task: self, state, costs, budget, interrupt, phases: Vec::new() };
-        let (end, lower_bound) = if self.goal == Formula::False {
+        let mut call = Call { solver: self, state, costs, budget, interrupt, phases: Vec::new() };
+        let (end, lower_bound) = if self.task.goal == Formula::False {
             (SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
-        } else if self.is_goal(state) {
+        } else if self.task.is_goal(state) {
             (SearchEnd::Found { operators: Vec::new(), cost: 0, proven_optimal: true }, 0)
         } else {
             let (end, lower_bound) = if budget.optimal_expansions_max > 0 {
@@ -127,14 +161,13 @@ impl Task {
                 (SearchEnd::OutOfBudget { limit: OPTIMAL, value: 0 }, 0)
             };
             match end {
-                SearchEnd::OutOfBudget { limit, .. }
-                    if limit != INTERRUPTED && budget.greedy_expansions_max > 0 =>
-                {
+                SearchEnd::OutOfBudget { .. } if budget.greedy_expansions_max > 0 => {
                     call.satisficing(lower_bound)
                 }
                 SearchEnd::Found { .. }
                 | SearchEnd::Exhausted { .. }
-                | SearchEnd::OutOfBudget { .. } => (end, lower_bound),
+                | SearchEnd::OutOfBudget { .. }
+                | SearchEnd::Interrupted => (end, lower_bound),
             }
         };
         let mut end = end;
@@ -152,20 +185,23 @@ const BLIND_FIRST: u64 = 64_000;
 /// About how many expansions of the blind search take as long as one with LM-cut.
 const BLIND_PER_CUT: u64 = 32;
 
-/// Builds a heuristic from a task and the actions' costs.
-type Build = for<'a> fn(&'a Task, &[u64]) -> Box<dyn Heuristic + 'a>;
+/// Builds a heuristic for a task and the actions' costs.
+type Build = for<'a> fn(&'a Solver, &[u64]) -> Box<dyn Heuristic + 'a>;
 
-const BLIND: (&str, Build) = ("astar blind", |task, costs| Box::new(Blind::new(task, costs)));
-const MAX: (&str, Build) = ("astar max", |task, costs| Box::new(Max::new(task, costs)));
-const LM_CUT: (&str, Build) = ("astar lm-cut", |task, costs| Box::new(LmCut::new(task, costs)));
-const PATTERNS: (&str, Build) = ("astar patterns", |task, costs| match Prepared::databases(task) {
+const BLIND: (&str, Build) =
+    ("astar blind", |solver, costs| Box::new(Blind::new(&solver.task, costs)));
+const MAX: (&str, Build) =
+    ("astar max", |solver, costs| Box::new(Max::new(solver.relaxed(), costs)));
+const LM_CUT: (&str, Build) =
+    ("astar lm-cut", |solver, costs| Box::new(LmCut::new(solver.relaxed(), costs)));
+const PATTERNS: (&str, Build) = ("astar patterns", |solver, costs| match solver.databases() {
     Some(databases) => Box::new(Patterns(databases)),
-    None => Box::new(Blind::new(task, costs)),
+    None => Box::new(Blind::new(&solver.task, costs)),
 });
 
-/// One planning call.
+/// One planning call: what it is asked, and what its searches have done so far.
 struct Call<'a> {
-    task: &'a Task,
+    solver: &'a Solver,
     state: &'a [u64],
     costs: &'a [u64],
     budget: &'a Budget,
@@ -174,10 +210,9 @@ struct Call<'a> {
 }
 
 impl<'a> Call<'a> {
-    fn limits(&self, expansions_name: &'static str, expansions_max: u64) -> Limits<'a> {
+    fn limits(&self, expansions_max: u64) -> Limits<'a> {
         let Budget { states_max, bytes_max, .. } = *self.budget;
-        let interrupt = self.interrupt;
-        Limits { expansions_name, expansions_max, states_max, bytes_max, interrupt }
+        Limits { expansions_max, states_max, bytes_max, interrupt: self.interrupt }
     }
 
     /// A cheapest plan, and a lower bound.
@@ -187,7 +222,7 @@ impl<'a> Call<'a> {
             OptimalHeuristic::Auto | OptimalHeuristic::Blind => vec![self.astar(&BLIND)],
             OptimalHeuristic::Max => vec![self.astar(&MAX)],
             OptimalHeuristic::LmCut => vec![self.astar(&LM_CUT)],
-            OptimalHeuristic::Patterns => match Prepared::databases(self.task) {
+            OptimalHeuristic::Patterns => match self.solver.databases() {
                 Some(_) => vec![self.astar(&PATTERNS)],
                 None => vec![self.astar(&BLIND)],
             },
@@ -197,14 +232,10 @@ impl<'a> Call<'a> {
         } else {
             searches[0].run(expansions_max)
         };
-        let end = match end {
-            End::Limit(OPTIMAL, _) => End::Limit(OPTIMAL, expansions_max),
-            other @ (End::Found(_) | End::Exhausted(_) | End::Limit(..)) => other,
-        };
         let lower_bound = searches.iter().map(AStar::lower_bound).max().unwrap_or(0);
         // The one that ends the call comes last.
         self.phases.extend(searches.iter().map(AStar::phase));
-        (self.end(end, true), lower_bound)
+        (self.end(end, Ended::Optimal), lower_bound)
     }
 
     /// The blind search and, when it takes long, LM-cut beside it. Both keep what they have done.
@@ -213,7 +244,7 @@ impl<'a> Call<'a> {
         let mut cut_max = 0;
         loop {
             let end = searches[0].run(blind_max);
-            let is_pause = matches!(end, End::Limit(OPTIMAL, _));
+            let is_pause = end == End::Limit(Limit::Expansions);
             if !is_pause || blind_max + cut_max >= expansions_max {
                 return end;
             }
@@ -222,7 +253,7 @@ impl<'a> Call<'a> {
             }
             cut_max = (blind_max / BLIND_PER_CUT).min(expansions_max - blind_max);
             let end = searches[1].run(cut_max);
-            let is_pause = matches!(end, End::Limit(OPTIMAL, _));
+            let is_pause = end == End::Limit(Limit::Expansions);
             if !is_pause || blind_max + cut_max >= expansions_max {
                 return end;
             }
@@ -231,28 +262,29 @@ impl<'a> Call<'a> {
     }
 
     fn astar(&self, (name, build): &(&'static str, Build)) -> AStar<'a> {
-        let limits = self.limits(OPTIMAL, self.budget.optimal_expansions_max);
-        let heuristic = (*name, build(self.task, self.costs));
-        AStar::new(self.task, self.state, self.costs, heuristic, limits)
+        let limits = self.limits(self.budget.optimal_expansions_max);
+        let heuristic = (*name, build(self.solver, self.costs));
+        AStar::new(&self.solver.task, self.state, self.costs, heuristic, limits)
     }
 
     /// Any plan.
     fn satisficing(&mut self, mut lower_bound: u64) -> (SearchEnd, u64) {
-        let limits = self.limits("greedy_expansions_max", self.budget.greedy_expansions_max);
+        let Solver { task, .. } = self.solver;
+        let limits = self.limits(self.budget.greedy_expansions_max);
         // One more for each step, so that free actions are not free to pile up.
         let costs = self.costs.iter().map(|c| c.saturating_add(1)).collect();
-        let mut heuristic = FastForward::new(self.task, costs);
-        let landmarks = Landmarks::new(self.task, self.state);
-        let (end, phase) = search::greedy(self.task, self.state, &mut heuristic, landmarks, limits);
+        let mut heuristic = FastForward::new(task, self.solver.relaxed(), costs);
+        let landmarks = Landmarks::new(self.solver.relaxed(), self.state);
+        let (end, phase) = search::greedy(task, self.state, &mut heuristic, landmarks, limits);
         self.phases.push(phase);
         let end = match end {
             End::Found(plan) => {
-                let plan = search::shorten(self.task, self.state, plan);
+                let plan = search::shorten(task, self.state, plan);
                 End::Found(self.improved(plan, &mut lower_bound))
             }
-            other @ (End::Exhausted(_) | End::Limit(..)) => other,
+            other @ (End::Exhausted(_) | End::Limit(_) | End::Interrupted) => other,
         };
-        (self.end(end, false), lower_bound)
+        (self.end(end, Ended::Satisficing), lower_bound)
     }
 
     /// The plan or a cheaper one, unless it is known to be cheapest.
@@ -261,13 +293,14 @@ impl<'a> Call<'a> {
         if expansions_max == 0 || (self.interrupt)() {
             return plan;
         }
-        let estimate = LmCut::new(self.task, self.costs).estimate(self.state);
+        let estimate = LmCut::new(self.solver.relaxed(), self.costs).estimate(self.state);
         *lower_bound = estimate.unwrap_or(0).max(*lower_bound);
         if self.cost(&plan) <= *lower_bound {
             return plan;
         }
-        let limits = self.limits("improve_expansions_max", expansions_max);
-        let (plan, phase) = search::improve(self.task, self.state, self.costs, plan, limits);
+        let limits = self.limits(expansions_max);
+        let task = (&self.solver.task, self.solver.relaxed());
+        let (plan, phase) = search::improve(task, self.state, self.costs, plan, limits);
         self.phases.push(phase);
         plan
     }
@@ -276,7 +309,7 @@ impl<'a> Call<'a> {
         plan.iter().fold(0, |sum, &action| sum.saturating_add(self.costs[action as usize]))
     }
 
-    fn end(&self, end: End, proven_optimal: bool) -> SearchEnd {
+    fn end(&self, end: End, ended: Ended) -> SearchEnd {
         match end {
             // The first state was not even expanded.
             End::Exhausted(1) if self.phases.last().is_some_and(|p| p.expanded == 0) => {
@@ -285,11 +318,36 @@ impl<'a> Call<'a> {
             End::Exhausted(n_states) => {
                 SearchEnd::Exhausted { proof: Proof::Exhausted { n_states } }
             }
-            End::Limit(limit, value) => SearchEnd::OutOfBudget { limit, value },
+            End::Limit(limit) => {
+                let (limit, value) = ended.limit(limit, self.budget);
+                SearchEnd::OutOfBudget { limit, value }
+            }
+            End::Interrupted => SearchEnd::Interrupted,
             End::Found(operators) => {
                 let cost = self.cost(&operators);
-                SearchEnd::Found { operators, cost, proven_optimal }
+                SearchEnd::Found { operators, cost, proven_optimal: ended == Ended::Optimal }
             }
+        }
+    }
+}
+
+/// Which kind of search has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ended {
+    Optimal,
+    Satisficing,
+}
+
+impl Ended {
+    /// Name and value of a limit that was met.
+    fn limit(self, limit: Limit, budget: &Budget) -> (&'static str, u64) {
+        match (limit, self) {
+            (Limit::Expansions, Self::Optimal) => (OPTIMAL, budget.optimal_expansions_max),
+            (Limit::Expansions, Self::Satisficing) => {
+                ("greedy_expansions_max", budget.greedy_expansions_max)
+            }
+            (Limit::States, _) => ("states_max", budget.states_max as u64),
+            (Limit::Bytes, _) => ("bytes_max", budget.bytes_max as u64),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::observer::{Observed, Observer};
 use super::wiring::{PreparedRun, Shared};
-use super::{DomainFolder, RunError};
+use super::{DomainFolder, RunError, new_run_id};
 use crate::actors::{
     ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, snapshot, supervise,
 };
@@ -49,7 +49,7 @@ pub async fn run_episode(
 ) -> Result<Episode, RunError> {
     let (started_ns, cpu_ns) = (monotonic_ns(), process_cpu_ns());
     let bus = options.bus;
-    let run_id = started_ns ^ (u64::from(std::process::id()) << 48);
+    let run_id = new_run_id();
     let folder = &prepared.folder;
     let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
     let _description = describe(prepared, &bus, run_id)?;
@@ -66,10 +66,7 @@ pub async fn run_episode(
             request,
         };
         let args = Arc::new(args);
-        ActorSpec {
-            name: "snapshot",
-            serve: Box::new(move || Box::pin(snapshot::serve(Arc::clone(&args)))),
-        }
+        ActorSpec::new("snapshot", move || snapshot::serve(Arc::clone(&args)))
     }));
     let hardware = prepared.hardware(&bus, &shared)?;
     actors.extend(hardware.actors);

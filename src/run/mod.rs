@@ -6,6 +6,7 @@ mod run_file;
 mod domain_folder;
 mod exemplars;
 mod still_image;
+mod planner;
 mod wiring;
 mod observer;
 mod episode;
@@ -18,6 +19,7 @@ pub use error::{ConfigError, RunError};
 pub(crate) use exemplars::{environment, in_data, view_of};
 pub use exemplars::{exemplar_from_files, read_image};
 pub use load::{load_run, read_text};
+pub(crate) use planner::{PlannerSetup, new_run_id};
 pub use run_file::{
     CameraConfig, CameraKind, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig, RobotKind,
     RunConfig,

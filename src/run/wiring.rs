@@ -5,13 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{
-    CameraKind, ConfigError, DomainFolder, GoalConfig, RobotKind, RunConfig, StillImageParts,
-    environment, in_data,
+    CameraKind, ConfigError, DomainFolder, GoalConfig, PlannerSetup, RobotKind, RunConfig,
+    StillImageParts, environment, in_data,
 };
-use crate::actors::{
-    ActorError, ActorSpec, Checkpoint, Monitor, Serve, goal_parser, planner, scene_parser,
-    skill_executor,
-};
+use crate::actors::{ActorSpec, Checkpoint, Monitor, goal_parser, scene_parser, skill_executor};
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
@@ -20,7 +17,6 @@ use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;
 use crate::perception::tracking::ParserConfig;
-use crate::replanning::{Adoption, Replanner};
 use crate::skills::SkillMap;
 use crate::transport::Bus;
 use crate::transport::convert::WireContext;
@@ -78,7 +74,7 @@ impl PreparedRun {
         let prepared = Self { config, folder, examples, skills, goal };
         // Whatever may fail fails here, before anything starts.
         prepared.grounder()?;
-        prepared.planner()?;
+        prepared.planner().replanner(prepared.reference_states())?;
         Ok(prepared)
     }
 
@@ -95,16 +91,18 @@ impl PreparedRun {
         self.folder.grounder(&self.config.grounder_choice(), &self.examples)
     }
 
-    fn planner(&self) -> Result<Replanner, ConfigError> {
-        let config = &self.config.planner;
-        let domain = Arc::new(self.folder.domain.clone());
-        let planner = config.planner(&self.config.origin, environment)?;
-        let labelled = self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()));
-        let replanner = Replanner::new(domain, planner.into(), config, labelled.collect());
-        Ok(match self.config.clock {
-            ClockKind::Lockstep => replanner,
-            ClockKind::Realtime => replanner.adopting(Adoption::WhenReady),
-        })
+    fn planner(&self) -> PlannerSetup<'_> {
+        PlannerSetup {
+            domain: &self.folder.domain,
+            config: &self.config.planner,
+            origin: &self.config.origin,
+            clock: self.config.clock,
+        }
+    }
+
+    /// The states of the labelled examples.
+    fn reference_states(&self) -> impl Iterator<Item = Facts> {
+        self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()))
     }
 
     /// The actors that every run has.
@@ -116,7 +114,11 @@ impl PreparedRun {
         Ok(vec![
             self.scene_parser(bus, shared)?,
             self.goal_parser(bus, shared),
-            self.planner_actor(bus, shared)?,
+            self.planner().actor(
+                (bus, &shared.context),
+                shared.monitor.clone(),
+                self.reference_states(),
+            )?,
             self.skill_executor(bus, shared),
         ])
     }
@@ -155,7 +157,7 @@ impl PreparedRun {
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
         });
-        Ok(actor("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
+        Ok(ActorSpec::new("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
     }
 
     fn goal_parser(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
@@ -167,21 +169,7 @@ impl PreparedRun {
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
         });
-        actor("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
-    }
-
-    fn planner_actor(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
-        let args = Arc::new(planner::Args {
-            bus: bus.clone(),
-            context: Arc::clone(&shared.context),
-            deadline: match self.config.clock {
-                ClockKind::Lockstep => None,
-                ClockKind::Realtime => Some(Duration::from_millis(self.config.planner.deadline_ms)),
-            },
-            checkpoint: Checkpoint::new(planner::Memory::new(self.planner()?)),
-            monitor: shared.monitor.clone(),
-        });
-        Ok(actor("planner", move || planner::serve(Arc::clone(&args))))
+        ActorSpec::new("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
     }
 
     fn skill_executor(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
@@ -203,7 +191,7 @@ impl PreparedRun {
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
         });
-        actor("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
+        ActorSpec::new("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
     }
 
     /// The actors that play the hardware in this process.
@@ -246,7 +234,7 @@ impl PreparedRun {
         }
         let (bus_of_camera, monitor) = (bus.clone(), shared.monitor.clone());
         let world = hardware.clone();
-        let camera = actor("camera", move || {
+        let camera = ActorSpec::new("camera", move || {
             let camera = Box::new(SimCamera::new(world.clone()));
             camera::serve(bus_of_camera.clone(), camera, monitor.clone())
         });
@@ -256,7 +244,7 @@ impl PreparedRun {
             return Ok(Hardware { actors: vec![camera], truth });
         }
         let (bus_of_robot, monitor) = (bus.clone(), shared.monitor.clone());
-        let robot = actor("robot", move || {
+        let robot = ActorSpec::new("robot", move || {
             robot::serve(bus_of_robot.clone(), hardware.robot(), monitor.clone())
         });
         Ok(Hardware { actors: vec![camera, robot], truth })
@@ -287,11 +275,4 @@ fn goal_source(
         read_image: Some(parts.into_read_image()),
     };
     Ok(GOALS.build(&PartContext { choice: &choice, inputs, environment })?)
-}
-
-fn actor<F>(name: &'static str, serve: impl Fn() -> F + Send + Sync + 'static) -> ActorSpec
-where
-    F: Future<Output = Result<(), ActorError>> + Send + 'static,
-{
-    ActorSpec { name, serve: Box::new(move || -> Serve { Box::pin(serve()) }) }
 }

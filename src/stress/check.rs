@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::measure::{Cell, Key};
-use super::report::Report;
+use super::report::StressReport;
 
 /// How much slower a median may be before it is a regression.
 const SLOWER_MAX: f64 = 1.2;
@@ -13,14 +13,14 @@ const NOISE_NS: f64 = 2_000.0;
 
 /// What is said of one cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum CheckVerdict {
     /// As quick as before, or quicker.
     Passed,
     /// Slower by more than is allowed.
     Regressed,
-    /// Too few plans to tell.
+    /// Fewer plans than `check_samples_min` in one of the reports.
     TooFew,
-    /// Not in both reports.
+    /// The key is in one report only.
     Unmatched,
 }
 
@@ -33,8 +33,8 @@ pub struct Judgement {
     pub before_ns: f64,
     /// Now.
     pub now_ns: f64,
-    /// What comes of it.
-    pub verdict: Verdict,
+    /// Whether it counts, and if so whether it is slower.
+    pub verdict: CheckVerdict,
 }
 
 impl Judgement {
@@ -46,7 +46,7 @@ impl Judgement {
 
 /// Compares the thread-CPU medians of two reports, cell by cell, in units of each report's own
 /// calibration.
-pub fn check(now: &Report, before: &Report, samples_min: u64) -> Vec<Judgement> {
+pub fn check(now: &StressReport, before: &StressReport, samples_min: u64) -> Vec<Judgement> {
     let factor = now.machine.calibration_ns as f64 / before.machine.calibration_ns.max(1) as f64;
     let earlier: BTreeMap<&Key, &Cell> = before.cells.iter().map(|c| (&c.key, c)).collect();
     let current: BTreeMap<&Key, &Cell> = now.cells.iter().map(|c| (&c.key, c)).collect();
@@ -58,13 +58,13 @@ pub fn check(now: &Report, before: &Report, samples_min: u64) -> Vec<Judgement> 
         let before_ns = before.map_or(0.0, |cell| median(cell)) * factor;
         let verdict = match (now, before) {
             (Some(now), Some(before)) if now.count.min(before.count) < samples_min => {
-                Verdict::TooFew
+                CheckVerdict::TooFew
             }
             (Some(_), Some(_)) => {
                 let slower = now_ns > before_ns * SLOWER_MAX && now_ns > before_ns + NOISE_NS;
-                if slower { Verdict::Regressed } else { Verdict::Passed }
+                if slower { CheckVerdict::Regressed } else { CheckVerdict::Passed }
             }
-            _ => Verdict::Unmatched,
+            _ => CheckVerdict::Unmatched,
         };
         Judgement { key: key.clone(), before_ns, now_ns, verdict }
     };
@@ -79,11 +79,11 @@ fn median(cell: &Cell) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::measure::Samples;
-    use super::super::{Feed, Machine};
+    use super::super::{Machine, Workload};
     use super::*;
     use crate::stress::measure::Timing;
 
-    fn report(calibration_ns: u64, cells: &[(&str, u64, usize)]) -> Report {
+    fn report(calibration_ns: u64, cells: &[(&str, u64, usize)]) -> StressReport {
         let cell = |&(rung, cpu_ns, count): &(&str, u64, usize)| {
             let timing = Timing { decide_cpu_ns: cpu_ns, ..Timing::default() };
             let samples = Samples { timings: vec![vec![timing; count]; 3], ..Samples::default() };
@@ -91,14 +91,14 @@ mod tests {
                 case: "c".to_owned(),
                 size: 3,
                 problem: None,
-                feed: Feed::Random,
+                feed: Workload::Random,
                 rate: "max".to_owned(),
                 rung: rung.to_owned(),
             })
         };
         let machine =
             Machine { processor: String::new(), processors: 1, load: Vec::new(), calibration_ns };
-        Report {
+        StressReport {
             format: 1,
             config: String::new(),
             planner: String::new(),
@@ -110,21 +110,21 @@ mod tests {
         }
     }
 
-    fn verdicts(now: &Report, before: &Report) -> Vec<Verdict> {
+    fn verdicts(now: &StressReport, before: &StressReport) -> Vec<CheckVerdict> {
         check(now, before, 30).iter().map(|judgement| judgement.verdict).collect()
     }
 
     #[test]
     fn a_slower_median_is_a_regression_on_a_machine_that_is_as_fast() {
         let before = report(1000, &[("search", 10_000, 20)]);
-        assert_eq!(verdicts(&before, &before), [Verdict::Passed]);
+        assert_eq!(verdicts(&before, &before), [CheckVerdict::Passed]);
         let slower = report(1000, &[("search", 12_500, 20)]);
-        assert_eq!(verdicts(&slower, &before), [Verdict::Regressed]);
-        assert_eq!(verdicts(&before, &slower), [Verdict::Passed]);
+        assert_eq!(verdicts(&slower, &before), [CheckVerdict::Regressed]);
+        assert_eq!(verdicts(&before, &slower), [CheckVerdict::Passed]);
         let on_a_slow_machine = report(1250, &[("search", 12_500, 20)]);
-        assert_eq!(verdicts(&on_a_slow_machine, &before), [Verdict::Passed]);
+        assert_eq!(verdicts(&on_a_slow_machine, &before), [CheckVerdict::Passed]);
         let on_a_fast_machine = report(700, &[("search", 10_000, 20)]);
-        assert_eq!(verdicts(&on_a_fast_machine, &before), [Verdict::Regressed]);
+        assert_eq!(verdicts(&on_a_fast_machine, &before), [CheckVerdict::Regressed]);
     }
 
     #[test]
@@ -132,16 +132,16 @@ mod tests {
         let before = report(1000, &[("search", 10_000, 20)]);
         let mut now = before.clone();
         now.cells[0].cpu_p50_ns_by_repeat = vec![25_000, 10_100, 19_000];
-        assert_eq!(verdicts(&now, &before), [Verdict::Passed]);
+        assert_eq!(verdicts(&now, &before), [CheckVerdict::Passed]);
     }
 
     #[test]
     fn what_cannot_be_told_is_not_judged() {
         let before = report(1000, &[("table", 500, 20), ("search", 10_000, 3)]);
         let now = report(1000, &[("table", 700, 20), ("search", 90_000, 3), ("suffix", 1, 20)]);
-        let expected = [Verdict::Passed, Verdict::TooFew, Verdict::Unmatched];
+        let expected = [CheckVerdict::Passed, CheckVerdict::TooFew, CheckVerdict::Unmatched];
         assert_eq!(verdicts(&now, &before), expected);
-        let expected = [Verdict::Passed, Verdict::TooFew, Verdict::Unmatched];
+        let expected = [CheckVerdict::Passed, CheckVerdict::TooFew, CheckVerdict::Unmatched];
         assert_eq!(verdicts(&before, &now), expected);
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::Feed;
+use super::Workload;
 use crate::planners::PlannerConfig;
 use crate::run::{ConfigError, read_text};
 
@@ -43,8 +43,8 @@ pub struct CaseConfig {
     /// Problem files; `$data` stands for `--data`.
     #[serde(default)]
     pub problems: Vec<String>,
-    /// Kinds of feed.
-    pub feeds: Vec<Feed>,
+    /// Kinds of workload.
+    pub feeds: Vec<Workload>,
     /// Scenes per second, or `"max"`: the next one as soon as the plan is there.
     pub rates_hz: Vec<Rate>,
     /// Plans that count in each cell.

@@ -1,4 +1,4 @@
-//! Interval logs in the form of `HdrHistogram`, one file for each case, size, feed and rate.
+//! Interval logs in the form of `HdrHistogram`, one file for each case, size, workload and rate.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,10 +1,10 @@
-//! What was measured: plans by case, feed, rate and rung.
+//! What was measured: plans by case, workload, rate and source.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::Feed;
+use super::Workload;
 
 /// What belongs together in a report.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -16,10 +16,11 @@ pub struct Key {
     /// The problem file's name; nothing for a sweep.
     pub problem: Option<String>,
     /// How the world changes.
-    pub feed: Feed,
+    pub feed: Workload,
     /// Scenes per second, or "max".
     pub rate: String,
-    /// Which rung of the ladder answered; "cold" is the first plan of all, grounding and all.
+    /// Which source of the plan-reuse cascade answered; "cold" is the first plan of all, with
+    /// grounding.
     pub rung: String,
 }
 
@@ -52,7 +53,7 @@ impl Timing {
 
 /// Quantiles in nanoseconds, exact: every value is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Quantiles {
+pub struct TimingQuantiles {
     /// Median.
     pub p50: u64,
     /// 90th percentile.
@@ -65,7 +66,7 @@ pub struct Quantiles {
     pub max: u64,
 }
 
-impl Quantiles {
+impl TimingQuantiles {
     /// Of some values; zeros of none.
     pub(super) fn of(values: impl IntoIterator<Item = u64>) -> Self {
         let mut values: Vec<u64> = values.into_iter().collect();
@@ -112,15 +113,15 @@ pub struct Cell {
     /// How many plans, over all repeats.
     pub count: u64,
     /// Processor time of the planner's thread for one plan.
-    pub cpu_ns: Quantiles,
+    pub cpu_ns: TimingQuantiles,
     /// Of that, taking the scene in.
-    pub observe_cpu_ns: Quantiles,
+    pub observe_cpu_ns: TimingQuantiles,
     /// Of that, deciding.
-    pub decide_cpu_ns: Quantiles,
+    pub decide_cpu_ns: TimingQuantiles,
     /// Wall time of the same work.
-    pub wall_ns: Quantiles,
+    pub wall_ns: TimingQuantiles,
     /// Wall time from sending the scene to having the plan.
-    pub round_trip_ns: Quantiles,
+    pub round_trip_ns: TimingQuantiles,
     /// Plans that came later than the next scene; at "max" there is no such thing.
     pub missed: u64,
     /// Against cheapest plans, where these are known.
@@ -135,9 +136,10 @@ impl Samples {
     }
 
     pub(super) fn cell(&self, key: &Key) -> Cell {
-        let of = |value: fn(&Timing) -> u64| Quantiles::of(self.all().map(value));
+        let of = |value: fn(&Timing) -> u64| TimingQuantiles::of(self.all().map(value));
         let by_repeat = self.timings.iter().filter(|timings| !timings.is_empty());
-        let median = |timings: &Vec<Timing>| Quantiles::of(timings.iter().map(Timing::cpu_ns)).p50;
+        let median =
+            |timings: &Vec<Timing>| TimingQuantiles::of(timings.iter().map(Timing::cpu_ns)).p50;
         Cell {
             key: key.clone(),
             count: self.all().count() as u64,
@@ -171,11 +173,11 @@ mod tests {
 
     #[test]
     fn quantiles_are_ranks() {
-        let quantiles = Quantiles::of(1..=1000);
-        let Quantiles { p50, p90, p99, p999, max } = quantiles;
+        let quantiles = TimingQuantiles::of(1..=1000);
+        let TimingQuantiles { p50, p90, p99, p999, max } = quantiles;
         assert_eq!([p50, p90, p99, p999, max], [500, 900, 990, 999, 1000]);
-        assert_eq!(Quantiles::of([7]).p50, 7);
-        assert_eq!(Quantiles::of([]), Quantiles::default());
+        assert_eq!(TimingQuantiles::of([7]).p50, 7);
+        assert_eq!(TimingQuantiles::of([]), TimingQuantiles::default());
     }
 
     #[test]

@@ -16,8 +16,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::StressError;
 use super::logs::Logs;
-use super::measure::{Quantiles, Timing};
-use super::report::Report;
+use super::measure::{Timing, TimingQuantiles};
+use super::report::StressReport;
 
 /// Rungs with their colours, in the order of the legend; what is not among them is grey.
 const RUNGS: &[(&str, RGBColor)] = &[
@@ -70,11 +70,11 @@ type Drawn<T> = Result<T, DrawingAreaErrorKind<io::Error>>;
 ///
 /// # Errors
 /// [`StressError::Plot`] when a panel cannot be laid out.
-pub fn plot(report: &Report, logs: &Logs) -> Result<String, StressError> {
+pub fn plot(report: &StressReport, logs: &Logs) -> Result<String, StressError> {
     draw(&curves(report, logs)).map_err(|e| StressError::Plot { reason: e.to_string() })
 }
 
-fn curves(report: &Report, logs: &Logs) -> BTreeMap<String, Curves> {
+fn curves(report: &StressReport, logs: &Logs) -> BTreeMap<String, Curves> {
     let mut times: BTreeMap<(&str, &str, u32), Vec<u64>> = BTreeMap::new();
     for (key, samples) in &logs.0 {
         let at = (key.case.as_str(), key.rung.as_str(), key.size);
@@ -86,7 +86,7 @@ fn curves(report: &Report, logs: &Logs) -> BTreeMap<String, Curves> {
     }
     let mut cases: BTreeMap<String, Curves> = BTreeMap::new();
     for ((case, name, size), times) in times {
-        let Quantiles { p50, p99, .. } = Quantiles::of(times.iter().copied());
+        let TimingQuantiles { p50, p99, .. } = TimingQuantiles::of(times.iter().copied());
         // A logarithmic axis has no zero.
         if p50 > 0 && size > 0 {
             let point = Point { size, p50_ns: p50 as f64, p99_ns: p99 as f64 };

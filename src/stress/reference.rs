@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::logic::Facts;
 use crate::pddl::{Domain, Problem};
 use crate::planning::{
-    Budget, Coverage, GroundingLimits, NO_PENALTIES, Outcome, PlanRequest, Task, TaskInput, plan,
+    Budget, Coverage, GroundingLimits, NO_PENALTIES, Outcome, PlanRequest, Solver, Task, TaskInput,
+    plan,
 };
 
 /// Most states that one search for a cheapest plan may expand.
@@ -17,7 +18,7 @@ pub(super) struct Reference<'a> {
     domain: &'a Domain,
     problem: &'a Problem,
     /// Grounded once, where that is possible.
-    task: Option<Task>,
+    solver: Option<Solver>,
     budget: Budget,
 }
 
@@ -26,19 +27,19 @@ impl<'a> Reference<'a> {
         let costs = BTreeMap::new();
         let Problem { objects, init, goal, .. } = problem;
         let input = TaskInput { domain, objects, init, goal, costs: &costs, minimise_cost: false };
-        let task = Task::new(&input, Coverage::AllStates, &GroundingLimits::standard()).ok();
+        let task = Task::new(&input, Coverage::AllStates, &GroundingLimits::standard());
         let budget = Budget {
             optimal_expansions_max: EXPANSIONS_MAX,
             greedy_expansions_max: 0,
             ..Budget::standard()
         };
-        Self { domain, problem, task, budget }
+        Self { domain, problem, solver: task.ok().map(Solver::new), budget }
     }
 
     /// The number of steps of a shortest plan, where one is found and proven.
     pub(super) fn cheapest(&self, facts: &Facts) -> Option<u64> {
-        let answer = if let Some(task) = &self.task {
-            task.solve(&facts.known, &NO_PENALTIES, &self.budget, &|| false)
+        let answer = if let Some(solver) = &self.solver {
+            solver.solve(&facts.known, &NO_PENALTIES, &self.budget, &|| false)
         } else {
             let costs = BTreeMap::new();
             let request = PlanRequest {
@@ -54,6 +55,7 @@ impl<'a> Reference<'a> {
             Outcome::Solved(_)
             | Outcome::Unsolvable { .. }
             | Outcome::OutOfBudget { .. }
+            | Outcome::Interrupted
             | Outcome::Unsupported { .. }
             | Outcome::BadInput { .. } => None,
         }

@@ -2,17 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::measure::{Cell, Quantiles};
+use super::measure::{Cell, TimingQuantiles};
 
 /// A stress test's report. Thread-CPU figures of two reports compare after division by their
 /// calibrations; wall figures compare only on a machine that does nothing else.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Report {
-    /// Form of this file.
+pub struct StressReport {
+    /// Version of this file's form; another one is not compared.
     pub format: u32,
-    /// The stress file.
+    /// Path of the stress file, as given.
     pub config: String,
-    /// The planner.
+    /// Value of `planner.name`.
     pub planner: String,
     /// Seed of everything random.
     pub seed: u64,
@@ -54,16 +54,16 @@ pub struct Comparison {
     pub size: u32,
     /// The problem file's name; nothing for a sweep.
     pub problem: Option<String>,
-    /// How many states.
+    /// How many states both planners were given.
     pub states: u64,
     /// States of which the other planner found a plan.
     pub solved: u64,
     /// Processor time of the planner actor's thread for these states.
-    pub cpu_ns: Quantiles,
+    pub cpu_ns: TimingQuantiles,
     /// Processor time of the other planner for them.
-    pub other_cpu_ns: Quantiles,
+    pub other_cpu_ns: TimingQuantiles,
     /// Wall time of the other planner.
-    pub other_wall_ns: Quantiles,
+    pub other_wall_ns: TimingQuantiles,
     /// Median processor time of the other planner over that of the actor.
     pub ratio: f64,
     /// Sum of the plans' costs, over the states that both have solved.

@@ -1,15 +1,16 @@
-//! The whole test: every case, problem, feed and rate, over and over.
+//! The whole test: every case, problem, workload and rate, over and over.
 
 use std::time::Duration;
 
 use super::case::case_of;
-use super::feed::{Feeder, View};
-use super::measure::{AllSamples, Key, Quantiles, Timing};
+use super::measure::{AllSamples, Key, Timing, TimingQuantiles};
 use super::reference::Reference;
 use super::report::FORMAT;
 use super::session::{Answer, Session, Start, nanoseconds};
+use super::workload::{View, WorkloadGenerator};
 use super::{
-    Comparison, Feed, Instance, Logs, Machine, Rate, Report, StressConfig, StressError, machine,
+    Comparison, Instance, Logs, Machine, Rate, StressConfig, StressError, StressReport, Workload,
+    machine,
 };
 use crate::clock::monotonic_ns;
 use crate::pddl::{Step, Typed};
@@ -17,7 +18,7 @@ use crate::planners::FastDownward;
 use crate::planning::{NO_PENALTIES, Outcome, PlanRequest};
 use crate::transport::BusConfig;
 
-/// Name of the rung of a first plan: grounding and all.
+/// Stands for the source of a first plan: grounding and all.
 const COLD: &str = "cold";
 
 /// Told before each part of the test: which part of how many, and its name.
@@ -26,9 +27,9 @@ pub type Progress<'a> = dyn FnMut(u64, u64, &str) + 'a;
 /// What a stress test is run with.
 #[expect(missing_debug_implementations, reason = "holds a closure")]
 pub struct Options<'a> {
-    /// The test.
+    /// What is measured, how often, with which planner.
     pub config: &'a StressConfig,
-    /// Its problems.
+    /// The problems of all cases, read beforehand.
     pub instances: &'a [Instance],
     /// Where the bus lies; each session has its own run on it.
     pub bus: BusConfig,
@@ -36,11 +37,11 @@ pub struct Options<'a> {
     pub compare: Option<&'a FastDownward>,
 }
 
-/// One part: a problem with a feed at a rate.
+/// One part: a problem with a workload at a rate.
 #[derive(Clone, Copy)]
 struct Part<'a> {
     instance: &'a Instance,
-    feed: Feed,
+    feed: Workload,
     rate: Rate,
     seed: u64,
 }
@@ -60,7 +61,7 @@ struct Seen {
 pub async fn run_stress(
     options: &Options<'_>,
     progress: &mut Progress<'_>,
-) -> Result<(Report, Logs), StressError> {
+) -> Result<(StressReport, Logs), StressError> {
     let config = options.config;
     let parts = parts(config, options.instances);
     let n_parts = parts.len() as u64 * u64::from(config.repeats);
@@ -82,7 +83,7 @@ pub async fn run_stress(
                 });
             }
         }
-        calibrations.push(Quantiles::of(rounds).p50);
+        calibrations.push(TimingQuantiles::of(rounds).p50);
         load.push(machine::load());
     }
     let processor = machine::processor();
@@ -92,7 +93,7 @@ pub async fn run_stress(
         load,
         calibration_ns: calibrations.into_iter().min().unwrap_or(1),
     };
-    let report = Report {
+    let report = StressReport {
         format: FORMAT,
         config: config.origin.display().to_string(),
         planner: config
@@ -162,38 +163,40 @@ async fn measure(
     };
     let mut session = Session::start(start).await?;
     let problem = (&instance.folder.domain, &instance.problem);
-    let mut feeder = Feeder::new(feed, problem, case.walk_steps, seed);
-    let first = session.ask(&feeder.now()).await?;
-    let mut book = Book { part, repeat, samples, seen: Vec::new() };
-    book.write(COLD, first.timing);
+    let mut generator = WorkloadGenerator::new(feed, problem, case.walk_steps, seed);
+    let first = session.ask(&generator.now()).await?;
+    let mut log = SampleLog { part, repeat, samples, seen: Vec::new() };
+    log.write(COLD, first.timing);
     let mut step = first.first_step().cloned();
     if case.warm_up_ms > 0 {
         session.pause(Duration::from_millis(case.warm_up_ms)).await;
         // One scene that does not count takes over what was made meanwhile.
-        let view = feeder.next(step.as_ref());
+        let view = generator.next(step.as_ref());
         step = session.ask(&view).await?.first_step().cloned();
     }
     match rate {
-        Rate::Max => back_to_back(&mut session, &mut feeder, step, case.samples, &mut book).await?,
+        Rate::Max => {
+            back_to_back(&mut session, &mut generator, step, case.samples, &mut log).await?;
+        }
         Rate::Hz(hz) => {
-            let mut clocked = Clocked { session: &mut session, feeder: &mut feeder, step };
-            clocked.run(hz, case.samples, &mut book).await?;
+            let mut clocked = Clocked { session: &mut session, generator: &mut generator, step };
+            clocked.run(hz, case.samples, &mut log).await?;
         }
     }
-    let seen = book.seen;
+    let seen = log.seen;
     session.stop().await;
     Ok(seen)
 }
 
 /// Where samples are written.
-struct Book<'a> {
+struct SampleLog<'a> {
     part: Part<'a>,
     repeat: u32,
     samples: &'a mut AllSamples,
     seen: Vec<Seen>,
 }
 
-impl Book<'_> {
+impl SampleLog<'_> {
     fn samples(&mut self, rung: &str) -> &mut super::measure::Samples {
         let samples = self.samples.entry(self.part.key(rung)).or_default();
         let n_repeats = self.repeat as usize + 1;
@@ -230,19 +233,19 @@ impl Part<'_> {
 
 async fn back_to_back(
     session: &mut Session,
-    feeder: &mut Feeder<'_>,
+    generator: &mut WorkloadGenerator<'_>,
     mut step: Option<Step>,
     samples: u32,
-    book: &mut Book<'_>,
+    log: &mut SampleLog<'_>,
 ) -> Result<(), StressError> {
     let mut n = 0;
     while n < samples {
-        let view = feeder.next(step.as_ref());
+        let view = generator.next(step.as_ref());
         let answer = session.ask(&view).await?;
         step = answer.first_step().cloned();
         if view.counts {
             n += 1;
-            book.answer(view, &answer);
+            log.answer(view, &answer);
         }
     }
     Ok(())
@@ -251,17 +254,22 @@ async fn back_to_back(
 /// Scenes at fixed times, whether plans come or not.
 struct Clocked<'s, 'f, 'd> {
     session: &'s mut Session,
-    feeder: &'f mut Feeder<'d>,
+    generator: &'f mut WorkloadGenerator<'d>,
     step: Option<Step>,
 }
 
 impl Clocked<'_, '_, '_> {
-    async fn run(&mut self, hz: f64, samples: u32, book: &mut Book<'_>) -> Result<(), StressError> {
+    async fn run(
+        &mut self,
+        hz: f64,
+        samples: u32,
+        log: &mut SampleLog<'_>,
+    ) -> Result<(), StressError> {
         let period_ns = nanoseconds(Duration::from_secs_f64(1.0 / hz));
         let mut due_ns = monotonic_ns();
         let mut n = 0;
         while n < samples {
-            let view = self.feeder.next(self.step.as_ref());
+            let view = self.generator.next(self.step.as_ref());
             let cycle = self.session.send(&view)?;
             n += u32::from(view.counts);
             due_ns = due_ns.saturating_add(period_ns);
@@ -269,11 +277,11 @@ impl Clocked<'_, '_, '_> {
             match answered {
                 Some(answer) if view.counts => {
                     if answer.timing.round_trip_ns > period_ns {
-                        book.samples(&answer.rung).missed += 1;
+                        log.samples(&answer.rung).missed += 1;
                     }
-                    book.answer(view, &answer);
+                    log.answer(view, &answer);
                 }
-                None if view.counts => book.samples("late").missed += 1,
+                None if view.counts => log.samples("late").missed += 1,
                 Some(_) | None => {}
             }
         }
@@ -361,8 +369,8 @@ fn compare(
             }
         }
     }
-    let own = Quantiles::of(chosen.iter().map(|seen| seen.timing.cpu_ns()));
-    let others = Quantiles::of(cpu_ns);
+    let own = TimingQuantiles::of(chosen.iter().map(|seen| seen.timing.cpu_ns()));
+    let others = TimingQuantiles::of(cpu_ns);
     Some(Comparison {
         planner: "fast-downward".to_owned(),
         case: case.clone(),
@@ -372,7 +380,7 @@ fn compare(
         solved,
         cpu_ns: own,
         other_cpu_ns: others,
-        other_wall_ns: Quantiles::of(wall_ns),
+        other_wall_ns: TimingQuantiles::of(wall_ns),
         ratio: others.p50 as f64 / own.p50.max(1) as f64,
         cost: costs.0,
         other_cost: costs.1,

@@ -7,18 +7,15 @@ use std::time::Duration;
 use tokio::time::timeout;
 
 use super::error::StressError;
-use super::feed::View;
 use super::measure::Timing;
-use crate::actors::{
-    ActorSpec, Checkpoint, Fatal, HealthReport, Monitor, Supervision, SupervisorConfig, planner,
-    supervise,
-};
-use crate::clock::monotonic_ns;
+use super::workload::View;
+use crate::actors::{Fatal, HealthReport, Monitor, Supervision, SupervisorConfig, supervise};
+use crate::clock::{ClockKind, monotonic_ns};
 use crate::logic::Facts;
-use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Rung};
+use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanSource, PlanVerdict};
 use crate::pddl::{Problem, Step};
 use crate::planners::PlannerConfig;
-use crate::run::DomainFolder;
+use crate::run::{DomainFolder, PlannerSetup, new_run_id};
 use crate::transport::convert::{WireContext, goal_to_wire, plan_from_wire, scene_to_wire};
 use crate::transport::topics::{GOAL, PLAN, SCENE};
 use crate::transport::wire::{SceneRecord, StepRecord, TaskHeader};
@@ -44,7 +41,7 @@ pub(super) struct Session {
 pub(super) struct Answer {
     /// Number of its scene.
     pub(super) cycle: u64,
-    /// Who gave it.
+    /// Name of the source that gave it; "none" when the question could not be put.
     pub(super) rung: String,
     pub(super) timing: Timing,
     pub(super) verdict: PlanVerdict,
@@ -93,20 +90,17 @@ impl Session {
     /// Starts the planner actor and tells it the goal.
     pub(super) async fn start(start: Start<'_>) -> Result<Self, StressError> {
         let bus = tokio::task::block_in_place(|| Bus::open(&start.bus))?;
-        let run_id = monotonic_ns() ^ (u64::from(std::process::id()) << 48);
         let domain = &start.folder.domain;
-        let context = Arc::new(WireContext::new(run_id, start.folder.hash, domain.clone()));
-        let memory = memory(&start)?;
+        let context = Arc::new(WireContext::new(new_run_id(), start.folder.hash, domain.clone()));
+        let setup = PlannerSetup {
+            domain,
+            config: start.planner,
+            origin: start.origin,
+            clock: ClockKind::Realtime,
+        };
+        let reference_states = std::iter::once(Facts::new(start.problem.init.clone()));
         let monitor = Monitor::default();
-        let args = Arc::new(planner::Args {
-            bus: bus.clone(),
-            context: Arc::clone(&context),
-            deadline: Some(Duration::from_millis(start.planner.deadline_ms)),
-            checkpoint: Checkpoint::new(memory),
-            monitor: monitor.clone(),
-        });
-        let serve = move || Box::pin(planner::serve(Arc::clone(&args))) as crate::actors::Serve;
-        let actor = ActorSpec { name: "planner", serve: Box::new(serve) };
+        let actor = setup.actor((&bus, &context), monitor.clone(), reference_states)?;
         // What fails here would fail again.
         let restarts = SupervisorConfig { restarts_max: 0, backoff_ms_min: 1, backoff_ms_max: 1 };
         let scenes = bus.publisher(&SCENE)?;
@@ -207,17 +201,6 @@ fn gone() -> Fatal {
     Fatal::Restarts { actor: "planner", failures: 1, reason }
 }
 
-fn memory(start: &Start<'_>) -> Result<planner::Memory, StressError> {
-    use crate::replanning::{Adoption, Replanner};
-    use crate::run::{ConfigError, environment};
-    let config = start.planner;
-    let made = config.planner(start.origin, environment).map_err(ConfigError::from)?;
-    let domain = Arc::new(start.folder.domain.clone());
-    let known_right = Facts::new(start.problem.init.clone());
-    let replanner = Replanner::new(domain, made.into(), config, vec![known_right]);
-    Ok(planner::Memory::new(replanner.adopting(Adoption::WhenReady)))
-}
-
 fn timing(message: &PlanMessage) -> Timing {
     Timing {
         observe_cpu_ns: message.observe.cpu_ns,
@@ -229,5 +212,5 @@ fn timing(message: &PlanMessage) -> Timing {
 
 /// The rung's name; "none" when the question could not be put.
 fn rung(message: &PlanMessage) -> String {
-    message.rung.map_or("none", Rung::name).to_owned()
+    message.source.map_or("none", PlanSource::name).to_owned()
 }

@@ -60,7 +60,7 @@ impl<'a> World<'a> {
     }
 
     /// Takes a random step; `false` when there is none.
-    pub(super) fn take_any(&mut self, dice: &mut ChaCha8Rng) -> bool {
+    pub(super) fn take_any(&mut self, rng: &mut ChaCha8Rng) -> bool {
         let usable: Vec<usize> = (0..self.ranges.len())
             .filter(|&a| self.ranges[a].iter().all(|range| !range.is_empty()))
             .collect();
@@ -68,9 +68,9 @@ impl<'a> World<'a> {
             return false;
         }
         for _ in 0..TRIES {
-            let action = usable[below(dice, usable.len())];
+            let action = usable[below(rng, usable.len())];
             let ranges = &self.ranges[action];
-            let args = ranges.iter().map(|range| range[below(dice, range.len())].clone());
+            let args = ranges.iter().map(|range| range[below(rng, range.len())].clone());
             let args: Vec<Name> = args.collect();
             if self.try_args(action, &args) {
                 return true;
@@ -98,9 +98,9 @@ impl<'a> World<'a> {
     }
 
     /// Takes `n` random steps.
-    pub(super) fn wander(&mut self, n: u32, dice: &mut ChaCha8Rng) {
+    pub(super) fn random_walk(&mut self, n: u32, rng: &mut ChaCha8Rng) {
         for _ in 0..n {
-            if !self.take_any(dice) {
+            if !self.take_any(rng) {
                 break;
             }
         }
@@ -108,6 +108,6 @@ impl<'a> World<'a> {
 }
 
 /// A number below `n`, which must not be 0.
-pub(super) fn below(dice: &mut ChaCha8Rng, n: usize) -> usize {
-    (dice.next_u64() % n.max(1) as u64) as usize
+pub(super) fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+    (rng.next_u64() % n.max(1) as u64) as usize
 }

@@ -6,15 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend};
-use iceoryx2::service::ipc_threadsafe;
 
 use super::TransportError;
-use super::ports::{Depth, Publisher, Subscriber};
+use super::ports::{Depth, Publisher, Service, Subscriber};
 use super::topics::Topic;
 use super::wire::Header;
-
-/// The iceoryx2 variant whose ports may move between threads.
-pub(super) type Service = ipc_threadsafe::Service;
 
 /// Where shared memory lives when nothing else is asked for, and a memory file system is there.
 const ROOT_ON_TMPFS: &str = "/dev/shm/groundloop";

@@ -19,15 +19,18 @@ use iceoryx2::prelude::{
     AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _, ZeroCopySend,
 };
 use iceoryx2::sample::Sample;
+use iceoryx2::service::ipc_threadsafe;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
 
 use super::TransportError;
-use super::bus::Service;
 use super::topics::Topic;
 use super::wire::{Header, SCHEMA};
 use crate::clock::monotonic_ns;
+
+/// The iceoryx2 variant whose ports may move between threads.
+pub(super) type Service = ipc_threadsafe::Service;
 
 /// Event id of "a sample was sent". Ids 1 to 3 are iceoryx2's life-cycle events.
 const SENT: EventId = EventId::new(4);

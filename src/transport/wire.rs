@@ -146,8 +146,8 @@ pub struct TaskHeader {
     pub cost: u64,
     /// Facts that are neither confirmed nor refuted yet.
     pub unsettled: u32,
-    /// Plan: which rung of the replanning ladder answered, from 1 in the ladder's order; 0 = none.
-    pub rung: u32,
+    /// Plan: which source of the plan-reuse cascade answered, from 1 in its order; 0 = none.
+    pub source: u32,
     /// Plan: states expanded for it.
     pub expansions: u64,
     /// Plan: time spent on taking in the facts, nanoseconds (latency only): processor, wall.
@@ -175,7 +175,7 @@ impl Default for TaskHeader {
             stage_us: [0; 2],
             cost: 0,
             unsettled: 0,
-            rung: 0,
+            source: 0,
             expansions: 0,
             observe_ns: [0; 2],
             decide_ns: [0; 2],

@@ -22,7 +22,7 @@ use groundloop::pddl::{Domain, Problem, Step};
 use groundloop::parts::{PartChoice, PartContext};
 use groundloop::planners::{FastDownward, PlannerInputs};
 use groundloop::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, validate};
-use groundloop::stress::{Feed, Feeder, Instance, StressConfig, View, instances, load_stress};
+use groundloop::stress::{Workload, WorkloadGenerator, Instance, StressConfig, View, instances, load_stress};
 
 use self::ferro::Ferro;
 use self::own::Own;
@@ -114,13 +114,13 @@ impl Tally {
 fn row(
     config: &StressConfig,
     instance: &Instance,
-    feed: Feed,
+    feed: Workload,
     other: Option<&FastDownward>,
 ) -> Result<String, Failure> {
     let case = &config.case[instance.case_idx];
     let (domain, problem) = (&instance.folder.domain, &instance.problem);
     let mut own = Own::new(instance, &config.planner(case)?, &args_folder(config))?;
-    let mut feeder = Feeder::new(feed, (domain, problem), case.walk_steps, config.seed);
+    let mut feeder = WorkloadGenerator::new(feed, (domain, problem), case.walk_steps, config.seed);
     let first = own.ask(&feeder.now()).1;
     own.make_table();
     let (mut views, mut mine) = (Vec::new(), Tally::default());
@@ -197,7 +197,7 @@ fn right(
 
 fn format(
     instance: &Instance,
-    feed: Feed,
+    feed: Workload,
     own: &Tally,
     ferro: &Tally,
     down: &Tally,

@@ -13,7 +13,7 @@ use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
 use crate::perception::grounders::Grounder;
 use crate::perception::model::ObjectBox;
 use crate::perception::{Observation, State};
-use crate::planners::{PlanQuery, Planner};
+use crate::planners::{Deadlines, PlanQuery, Planner};
 use crate::planning::Outcome;
 
 /// What an episode is carried out with.
@@ -136,8 +136,7 @@ pub(super) fn solve(domain: &Domain, planner: &dyn Planner, problem: &Problem) -
         goal: &problem.goal,
         penalties: &BTreeMap::new(),
         grounded: None,
-        hurry: &|| false,
-        interrupt: &|| false,
+        deadlines: Deadlines::NONE,
     };
     planner.plan(&query).outcome
 }

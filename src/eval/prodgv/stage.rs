@@ -105,7 +105,7 @@ fn goal_fault(
             }
         }
         // Too hard to tell.
-        Outcome::OutOfBudget { .. } => None,
+        Outcome::OutOfBudget { .. } | Outcome::Interrupted => None,
         outcome @ (Outcome::Unsolvable { .. }
         | Outcome::Unsupported { .. }
         | Outcome::BadInput { .. }) => {

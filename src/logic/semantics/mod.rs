@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::variables::substitute;
+use super::variables::{Bindings, substitute};
 use super::{Facts, Truth};
 use crate::pddl::{Action, Atom, Condition, CostTerm, Effect, Literal, Name, Term, Typed, Types};
 
@@ -31,9 +31,6 @@ impl<'a> Universe<'a> {
         self.of(types).any(|o| o == object)
     }
 }
-
-/// The object each variable stands for.
-pub type Bindings = BTreeMap<Name, Name>;
 
 /// The truth value of a condition, in Kleene's strong three-valued logic.
 ///

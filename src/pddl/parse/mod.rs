@@ -13,7 +13,7 @@ pub use domain::{parse_domain, parse_rules};
 pub use problem::{parse_facts, parse_goal, parse_plan, parse_problem};
 
 use super::check::{Scope, Vocabulary};
-use super::error::{ErrorKind, PddlError, Place, SourceText, Span, Warning};
+use super::error::{ErrorKind, PddlError, SourcePosition, SourceText, Span, Warning};
 use super::sexpr::{Node, quote};
 use super::{Name, Typed};
 use requirements::Feature;
@@ -48,7 +48,7 @@ impl<'s> Reader<'s> {
         };
         PddlError {
             kind,
-            place: Box::new(Place::new(self.source, span)),
+            place: Box::new(SourcePosition::new(self.source, span)),
             message: message.into(),
             context,
             help: None,

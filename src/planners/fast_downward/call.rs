@@ -126,7 +126,7 @@ impl<'a> Call<'a> {
         let said = said.unwrap_or("it says nothing").to_owned();
         match ended.end {
             End::Late | End::Exit(21 | 23) => out_of(timeout),
-            End::Interrupted => out_of(("planner.deadline_ms", 0)),
+            End::Interrupted => Outcome::Interrupted,
             End::Exit(20 | 22 | 24) => out_of(memory),
             End::Exit(10 | 11) => Outcome::Unsolvable { proof: Proof::OtherPlanner },
             End::Exit(12) => out_of(("planner.options.satisficing_search (it is incomplete)", 0)),

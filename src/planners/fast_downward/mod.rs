@@ -23,7 +23,7 @@ use super::{PlanQuery, Planner};
 use crate::clock::monotonic_ns;
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Domain, Step};
-use crate::planning::{Answer, Outcome, Plan, PlanRequest, Statistics, Validation, validate};
+use crate::planning::{Outcome, Plan, PlanAnswer, PlanRequest, Statistics, Validation, validate};
 
 /// The driver's `lama-first`, in the words of the search program.
 const LAMA_FIRST: &str = "let(hlm, eval_modify_costs(landmark_sum(\
@@ -186,9 +186,9 @@ impl FastDownward {
 }
 
 impl Planner for FastDownward {
-    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
-        let answer = self.solve(query.domain, &query.request(), query.interrupt);
-        Answer { outcome: answer.outcome, statistics: Statistics::default() }
+    fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer {
+        let answer = self.solve(query.domain, &query.request(), query.deadlines.hard);
+        PlanAnswer { outcome: answer.outcome, statistics: Statistics::default() }
     }
 }
 

@@ -5,11 +5,10 @@
 //! Source: Hoffmann, Nebel: The FF planning system, 2001; Keyder, Geffner: Heuristics for planning
 //! with action costs revisited, 2008.
 
-use super::graph::Graph;
-use super::relaxed::{Combine, Relaxation};
-use super::{Heuristic, Prepared};
-use crate::planning::task::Task;
-use crate::planning::task::formula::Formula;
+use super::Heuristic;
+use super::relaxation::{Combine, Relaxation};
+use super::relaxed_task::RelaxedTask;
+use crate::planning::task::{Formula, Task};
 
 /// The FF heuristic.
 pub(in crate::planning) struct FastForward<'a> {
@@ -18,19 +17,23 @@ pub(in crate::planning) struct FastForward<'a> {
     costs: Vec<u64>,
     plan: Vec<u32>,
     /// The whole relaxed plan of the last estimate.
-    relaxed: Vec<u32>,
+    relaxed_plan: Vec<u32>,
 }
 
 impl<'a> FastForward<'a> {
     /// `costs` are the actions' costs; each should be above 0 so that short plans are preferred.
-    pub(in crate::planning) fn new(task: &'a Task, costs: Vec<u64>) -> Self {
-        let relaxation = Relaxation::new(Prepared::graph(task), &costs, Combine::Sum);
-        Self { task, relaxation, costs, plan: Vec::new(), relaxed: Vec::new() }
+    pub(in crate::planning) fn new(
+        task: &'a Task,
+        relaxed: &'a RelaxedTask,
+        costs: Vec<u64>,
+    ) -> Self {
+        let relaxation = Relaxation::new(relaxed, &costs, Combine::Sum);
+        Self { task, relaxation, costs, plan: Vec::new(), relaxed_plan: Vec::new() }
     }
 
     /// The actions of the relaxed plan that gave the last estimate.
     pub(in crate::planning) fn relaxed_plan(&self) -> &[u32] {
-        &self.relaxed
+        &self.relaxed_plan
     }
 }
 
@@ -40,7 +43,7 @@ impl Heuristic for FastForward<'_> {
         self.relaxation.relaxed_plan(&mut self.plan);
         let costs = self.plan.iter().map(|&action| self.costs[action as usize]);
         let sum = costs.fold(0_u64, u64::saturating_add);
-        self.relaxed.clone_from(&self.plan);
+        self.relaxed_plan.clone_from(&self.plan);
         self.plan.retain(|&action| self.task.operators[action as usize].applicable(state));
         Some(sum)
     }
@@ -52,13 +55,13 @@ impl Heuristic for FastForward<'_> {
 
 /// What it costs to reach another goal with some of the actions: relaxed plans of parts of a plan.
 pub(in crate::planning) struct Part {
-    graph: Graph,
+    relaxed: RelaxedTask,
 }
 
 impl Part {
     /// The part of a task with these actions and this goal.
     pub(in crate::planning) fn new(task: &Task, actions: &[u32], goal: &Formula) -> Self {
-        Self { graph: Graph::restricted(task, actions.iter().copied(), goal) }
+        Self { relaxed: RelaxedTask::restricted(task, actions.iter().copied(), goal) }
     }
 
     /// Estimates within the part.
@@ -67,7 +70,6 @@ impl Part {
         task: &'a Task,
         costs: Vec<u64>,
     ) -> FastForward<'a> {
-        let relaxation = Relaxation::new(&self.graph, &costs, Combine::Sum);
-        FastForward { task, relaxation, costs, plan: Vec::new(), relaxed: Vec::new() }
+        FastForward::new(task, &self.relaxed, costs)
     }
 }

@@ -8,10 +8,9 @@
 //! anyway?, 2009; Röger, Pommerening, Helmert: Optimal planning in the presence of conditional
 //! effects, 2014.
 
-use super::graph::{GOAL, Graph, NONE};
+use super::Heuristic;
 use super::queue::Queue;
-use super::{Heuristic, Prepared};
-use crate::planning::task::Task;
+use super::relaxed_task::{GOAL, NONE, RelaxedTask};
 
 const UNREACHED: u32 = u32::MAX;
 /// Largest cost of a node that is reached.
@@ -31,7 +30,7 @@ enum Zone {
 
 /// The LM-cut heuristic.
 pub(in crate::planning) struct LmCut<'a> {
-    graph: &'a Graph,
+    graph: &'a RelaxedTask,
     /// The edges of each action: where they begin in `edges`, and the list.
     edges_of: Vec<(u32, u32)>,
     edges: Vec<u32>,
@@ -51,8 +50,7 @@ pub(in crate::planning) struct LmCut<'a> {
 
 impl<'a> LmCut<'a> {
     /// `costs` are the actions' costs.
-    pub(in crate::planning) fn new(task: &'a Task, costs: &[u64]) -> Self {
-        let graph = Prepared::graph(task);
+    pub(in crate::planning) fn new(graph: &'a RelaxedTask, costs: &[u64]) -> Self {
         let mut by_action: Vec<(u32, u32)> =
             (0..).zip(&graph.actions).map(|(e, &a)| (a, e)).collect();
         by_action.retain(|(action, _)| *action != NONE);

@@ -4,9 +4,9 @@
 //!
 //! Source: Bonet, Geffner: Planning as heuristic search, 2001.
 
-use super::relaxed::{Combine, Relaxation};
-use super::{Heuristic, Prepared};
-use crate::planning::task::Task;
+use super::Heuristic;
+use super::relaxation::{Combine, Relaxation};
+use super::relaxed_task::RelaxedTask;
 
 /// The max heuristic.
 pub(in crate::planning) struct Max<'a> {
@@ -15,8 +15,8 @@ pub(in crate::planning) struct Max<'a> {
 
 impl<'a> Max<'a> {
     /// `costs` are the actions' costs.
-    pub(in crate::planning) fn new(task: &'a Task, costs: &[u64]) -> Self {
-        Self { relaxation: Relaxation::new(Prepared::graph(task), costs, Combine::Max) }
+    pub(in crate::planning) fn new(relaxed: &'a RelaxedTask, costs: &[u64]) -> Self {
+        Self { relaxation: Relaxation::new(relaxed, costs, Combine::Max) }
     }
 }
 

@@ -1,18 +1,17 @@
 //! Estimates of the cost from a state to the goal.
+//!
+//! What is derived once from a task ([`RelaxedTask`], [`Databases`]) is handed in: its owner keeps it
+//! for as long as it keeps the task.
 
 mod blind;
-mod graph;
+mod relaxed_task;
 mod landmarks;
 mod patterns;
 mod queue;
-mod relaxed;
+mod relaxation;
 mod ff;
 mod lm_cut;
 mod max;
-
-use std::sync::{Arc, OnceLock};
-
-use crate::planning::task::Task;
 
 pub(super) use blind::Blind;
 pub(super) use ff::{FastForward, Part};
@@ -20,25 +19,7 @@ pub(super) use landmarks::Landmarks;
 pub(super) use lm_cut::LmCut;
 pub(super) use max::Max;
 pub(super) use patterns::{Databases, Patterns};
-
-/// What heuristics of one task share: built when first asked for, the same for every state.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Prepared {
-    graph: OnceLock<graph::Graph>,
-    databases: OnceLock<Option<Arc<Databases>>>,
-}
-
-impl Prepared {
-    fn graph(task: &Task) -> &graph::Graph {
-        task.prepared.graph.get_or_init(|| graph::Graph::new(task))
-    }
-
-    /// The task's pattern databases; none where they do not apply.
-    pub(super) fn databases(task: &Task) -> Option<&Databases> {
-        let make = || Databases::new(task).map(Arc::new);
-        task.prepared.databases.get_or_init(make).as_deref()
-    }
-}
+pub(super) use relaxed_task::RelaxedTask;
 
 /// An estimate of the cost to the goal.
 pub(super) trait Heuristic {

@@ -13,8 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::task::formula::Formula;
-use super::task::{Operator, Task};
+use super::task::{Formula, Operator, Task};
 use crate::pddl::{Atom, Name};
 
 /// Most candidates that are tried for one task.

@@ -13,11 +13,9 @@ use std::collections::BinaryHeap;
 
 use super::regress::{Target, targets};
 use super::{INTERRUPT_EVERY, Limits, shorten};
-use crate::planning::heuristics::{FastForward, Heuristic as _, Part};
+use crate::planning::heuristics::{FastForward, Heuristic as _, Part, RelaxedTask};
 use crate::planning::outcome::Phase;
-use crate::planning::task::Task;
-use crate::planning::task::formula::Formula;
-use crate::planning::task::state::StateStore;
+use crate::planning::task::{Formula, StateRegistry, Task};
 
 /// Lengths of the parts that are searched anew, in order; the last is longer than any plan.
 const LENGTHS: [usize; 5] = [12, 24, 48, 96, usize::MAX];
@@ -28,9 +26,9 @@ const WEIGHTS: [u64; 4] = [6, 4, 3, 2];
 /// A weight of one.
 const WEIGHT_UNIT: u64 = 2;
 
-/// The plan or a cheaper one.
+/// The plan or a cheaper one; `relaxed` is the task's own relaxation.
 pub(in crate::planning) fn improve(
-    task: &Task,
+    (task, relaxed): (&Task, &RelaxedTask),
     initial: &[u64],
     costs: &[u64],
     plan: Vec<u32>,
@@ -39,8 +37,8 @@ pub(in crate::planning) fn improve(
     let phase = Phase { name: "improve", expanded: 0, generated: 0, evaluated: 0 };
     // None is free, so that short plans are preferred.
     let step_costs: Vec<u64> = costs.iter().map(|&cost| cost.max(1)).collect();
-    let guide = FastForward::new(task, step_costs.clone());
-    let (seen, proposed) = (StateStore::new(task.words), Vec::new());
+    let guide = FastForward::new(task, relaxed, step_costs.clone());
+    let (seen, proposed) = (StateRegistry::new(task.words), Vec::new());
     let mut improver =
         Improver { task, initial, costs, limits, phase, step_costs, guide, seen, proposed };
     let plan = improver.run(plan);
@@ -57,7 +55,7 @@ struct Improver<'a> {
     /// Estimates of the cost to the goal.
     guide: FastForward<'a>,
     /// The states that plans visited, with the relaxed plan from each.
-    seen: StateStore,
+    seen: StateRegistry,
     proposed: Vec<Vec<u32>>,
 }
 
@@ -195,7 +193,7 @@ impl Improver<'_> {
 
 /// The states of a window's search.
 struct Open {
-    store: StateStore,
+    store: StateRegistry,
     known: Vec<Known>,
     queue: BinaryHeap<Entry>,
 }
@@ -213,7 +211,7 @@ type Entry = Reverse<(u64, u64, Reverse<u32>, u64)>;
 
 impl Open {
     fn new(words: usize) -> Self {
-        Self { store: StateStore::new(words), known: Vec::new(), queue: BinaryHeap::new() }
+        Self { store: StateRegistry::new(words), known: Vec::new(), queue: BinaryHeap::new() }
     }
 
     /// Takes in a state unless it was reached as cheaply before, or looks too dear.

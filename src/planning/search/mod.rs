@@ -12,15 +12,11 @@ pub(super) use improve::improve;
 pub(super) use shorten::shorten;
 
 use super::outcome::Phase;
-use super::solve::INTERRUPTED;
-use super::task::Task;
-use super::task::state::StateStore;
+use super::task::{StateRegistry, Task};
 
-/// Limits of one search.
+/// Limits of one search; the caller knows which keys of [`Budget`](super::Budget) they are.
 #[derive(Clone, Copy)]
 pub(super) struct Limits<'a> {
-    /// Name of the expansion limit, for messages.
-    pub(super) expansions_name: &'static str,
     pub(super) expansions_max: u64,
     pub(super) states_max: usize,
     pub(super) bytes_max: usize,
@@ -32,21 +28,31 @@ pub(super) struct Limits<'a> {
 /// far more work than the question.
 pub(super) const INTERRUPT_EVERY: u64 = 16;
 
-/// How a search ends.
+/// How a search ends, in numbers of the task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum End {
     /// The actions of a plan.
     Found(Vec<u32>),
     /// Every reachable state was looked at or proved hopeless; that many were.
     Exhausted(usize),
-    /// A limit was met.
-    Limit(&'static str, u64),
+    /// One of [`Limits`] was met; A* can be resumed with a higher one.
+    Limit(Limit),
+    /// The caller has said that it is enough.
+    Interrupted,
+}
+
+/// Which of [`Limits`] was met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Limit {
+    Expansions,
+    States,
+    Bytes,
 }
 
 /// The states of a search with the way each was reached.
 struct Space<'a> {
     task: &'a Task,
-    store: StateStore,
+    store: StateRegistry,
     /// Parent state and action; `u32::MAX` for the first state.
     reached_by: Vec<(u32, u32)>,
     limits: Limits<'a>,
@@ -57,7 +63,7 @@ struct Space<'a> {
 
 impl<'a> Space<'a> {
     fn new(task: &'a Task, limits: Limits<'a>, name: &'static str) -> Self {
-        let store = StateStore::new(task.words);
+        let store = StateRegistry::new(task.words);
         let phase = Phase { name, expanded: 0, generated: 0, evaluated: 0 };
         Self { task, store, reached_by: Vec::new(), limits, phase, queue_bytes: 0 }
     }
@@ -73,18 +79,17 @@ impl<'a> Space<'a> {
 
     /// The limit that has been met, if any.
     fn limit(&self) -> Option<End> {
-        let Limits { expansions_name, expansions_max, states_max, bytes_max, interrupt } =
-            self.limits;
+        let Limits { expansions_max, states_max, bytes_max, interrupt } = self.limits;
         // A state's number is 32 bits wide, and one value is reserved.
         let states_max = states_max.min(u32::MAX as usize - 2);
         if self.phase.expanded >= expansions_max {
-            Some(End::Limit(expansions_name, expansions_max))
+            Some(End::Limit(Limit::Expansions))
         } else if self.store.len() >= states_max {
-            Some(End::Limit("states_max", states_max as u64))
+            Some(End::Limit(Limit::States))
         } else if self.store.bytes() + self.reached_by.len() * 8 + self.queue_bytes >= bytes_max {
-            Some(End::Limit("bytes_max", bytes_max as u64))
+            Some(End::Limit(Limit::Bytes))
         } else if self.phase.expanded.is_multiple_of(INTERRUPT_EVERY) && interrupt() {
-            Some(End::Limit(INTERRUPTED, 0))
+            Some(End::Interrupted)
         } else {
             None
         }

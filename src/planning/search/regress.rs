@@ -1,7 +1,6 @@
 //! What must hold at each step of a plan so that its rest reaches the goal.
 
-use crate::planning::task::formula::{Formula, bit};
-use crate::planning::task::{Operator, PackedEffect, Task};
+use crate::planning::task::{Formula, Operator, PackedEffect, Task, bit};
 
 /// Atoms that matter and the values they must have, packed like states.
 #[derive(Debug, Clone, PartialEq, Eq)]

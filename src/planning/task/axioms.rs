@@ -4,7 +4,7 @@ use super::formula::{Test, bit};
 
 /// Ground rules, stratum by stratum.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Axioms {
+pub(in crate::planning) struct Axioms {
     strata: Vec<RuleSet>,
     /// First derived atom; all later ones are derived too.
     first: u32,
@@ -12,32 +12,32 @@ pub(crate) struct Axioms {
 
 /// The ground rules of one stratum.
 #[derive(Debug, Clone)]
-pub(crate) struct RuleSet {
+pub(in crate::planning) struct RuleSet {
     /// (head, body) of each rule.
-    pub(crate) rules: Vec<(u32, Test)>,
+    pub(in crate::planning) rules: Vec<(u32, Test)>,
     /// Whether bodies may ask for heads of this set.
-    pub(crate) recursive: bool,
+    pub(in crate::planning) recursive: bool,
 }
 
 impl Axioms {
     /// `first` is the number of the first derived atom.
-    pub(crate) fn new(strata: Vec<RuleSet>, first: u32) -> Self {
+    pub(in crate::planning) fn new(strata: Vec<RuleSet>, first: u32) -> Self {
         let strata = strata.into_iter().filter(|set| !set.rules.is_empty()).collect();
         Self { strata, first }
     }
 
     /// Whether there are no rules.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub(in crate::planning) fn is_empty(&self) -> bool {
         self.strata.is_empty()
     }
 
     /// Number of the first derived atom; all later ones are derived too.
-    pub(crate) fn first(&self) -> u32 {
+    pub(in crate::planning) fn first(&self) -> u32 {
         self.first
     }
 
     /// Recomputes the derived atoms of a state: the least fixpoint of each stratum in turn.
-    pub(crate) fn complete(&self, state: &mut [u64]) {
+    pub(in crate::planning) fn complete(&self, state: &mut [u64]) {
         if self.strata.is_empty() {
             return;
         }

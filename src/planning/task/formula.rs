@@ -2,7 +2,7 @@
 
 /// A ground condition over atom numbers.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Formula {
+pub(in crate::planning) enum Formula {
     /// Holds always.
     True,
     /// Holds never.
@@ -19,12 +19,12 @@ pub(crate) enum Formula {
 
 impl Formula {
     /// A literal.
-    pub(crate) fn literal(atom: u32, positive: bool) -> Self {
+    pub(in crate::planning) fn literal(atom: u32, positive: bool) -> Self {
         if positive { Self::Holds(atom) } else { Self::Fails(atom) }
     }
 
     /// Conjunction, simplified.
-    pub(crate) fn and(parts: impl IntoIterator<Item = Self>) -> Self {
+    pub(in crate::planning) fn and(parts: impl IntoIterator<Item = Self>) -> Self {
         let mut flat = Vec::new();
         for part in parts {
             match part {
@@ -38,7 +38,7 @@ impl Formula {
     }
 
     /// Disjunction, simplified.
-    pub(crate) fn or(parts: impl IntoIterator<Item = Self>) -> Self {
+    pub(in crate::planning) fn or(parts: impl IntoIterator<Item = Self>) -> Self {
         let mut flat = Vec::new();
         for part in parts {
             match part {
@@ -70,7 +70,7 @@ impl Formula {
     }
 
     /// The negation.
-    pub(crate) fn negate(&self) -> Self {
+    pub(in crate::planning) fn negate(&self) -> Self {
         match self {
             Self::True => Self::False,
             Self::False => Self::True,
@@ -82,7 +82,7 @@ impl Formula {
     }
 
     /// Whether it holds, given the value of each literal (atom, wanted value).
-    pub(crate) fn holds_where(&self, literal: &impl Fn(u32, bool) -> bool) -> bool {
+    pub(in crate::planning) fn holds_where(&self, literal: &impl Fn(u32, bool) -> bool) -> bool {
         match self {
             Self::True => true,
             Self::False => false,
@@ -94,7 +94,7 @@ impl Formula {
     }
 
     /// The formula with each literal on (atom, wanted value) replaced.
-    pub(crate) fn replaced(&self, literal: &impl Fn(u32, bool) -> Self) -> Self {
+    pub(in crate::planning) fn replaced(&self, literal: &impl Fn(u32, bool) -> Self) -> Self {
         match self {
             Self::True => Self::True,
             Self::False => Self::False,
@@ -106,7 +106,7 @@ impl Formula {
     }
 
     /// Calls `visit` with every literal.
-    pub(crate) fn each_literal(&self, visit: &mut impl FnMut(u32, bool)) {
+    pub(in crate::planning) fn each_literal(&self, visit: &mut impl FnMut(u32, bool)) {
         match self {
             Self::True | Self::False => {}
             Self::Holds(atom) => visit(*atom, true),
@@ -121,13 +121,13 @@ impl Formula {
 }
 
 /// Whether the atom is true in a packed state.
-pub(crate) fn bit(state: &[u64], atom: u32) -> bool {
+pub(in crate::planning) fn bit(state: &[u64], atom: u32) -> bool {
     state[atom as usize / 64] >> (atom % 64) & 1 == 1
 }
 
 /// A formula made fast to test: literals are compared word by word.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Test {
+pub(in crate::planning) struct Test {
     /// (word, bits that matter, their wanted values).
     words: Vec<(u32, u64, u64)>,
     /// Conjuncts that are not literals.
@@ -136,7 +136,7 @@ pub(crate) struct Test {
 
 impl Test {
     /// Packs a formula.
-    pub(crate) fn new(formula: &Formula) -> Self {
+    pub(in crate::planning) fn new(formula: &Formula) -> Self {
         let mut test = Self { words: Vec::new(), rest: Vec::new() };
         match formula {
             Formula::True => {}
@@ -171,18 +171,18 @@ impl Test {
     }
 
     /// Whether the formula holds in a packed state.
-    pub(crate) fn holds(&self, state: &[u64]) -> bool {
+    pub(in crate::planning) fn holds(&self, state: &[u64]) -> bool {
         self.words.iter().all(|&(word, care, value)| state[word as usize] & care == value)
             && self.rest.iter().all(|f| f.holds_where(&|atom, wanted| bit(state, atom) == wanted))
     }
 
     /// (word, bits that matter, their wanted values), unless more than literals is tested.
-    pub(crate) fn literals(&self) -> Option<&[(u32, u64, u64)]> {
+    pub(in crate::planning) fn literals(&self) -> Option<&[(u32, u64, u64)]> {
         self.rest.is_empty().then_some(&self.words)
     }
 
     /// Whether nothing is tested.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub(in crate::planning) fn is_empty(&self) -> bool {
         self.words.is_empty() && self.rest.is_empty()
     }
 }

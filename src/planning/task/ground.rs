@@ -2,57 +2,48 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::TaskError;
 use super::formula::Formula;
-use super::schema::{Ranges, SlotAtom, SlotCondition, SlotEffect, SlotTerm, Symbols};
+use super::lowering::{Ranges, SlotAtom, SlotCondition, SlotEffect, SlotTerm, Symbols};
+use super::predicate_kind::PredicateKind;
 use crate::pddl::Name;
-use crate::planning::{GroundingLimits, TaskError};
-
-/// Who changes a predicate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Nobody: its atoms are as in the given facts.
-    Static,
-    /// Actions.
-    Fluent,
-    /// Rules.
-    Derived,
-}
+use crate::planning::GroundingLimits;
 
 /// Changes under one condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct GroundEffect {
-    pub(crate) condition: Formula,
+pub(in crate::planning) struct GroundEffect {
+    pub(in crate::planning) condition: Formula,
     /// (atom, whether it becomes true).
-    pub(crate) changes: Vec<(u32, bool)>,
+    pub(in crate::planning) changes: Vec<(u32, bool)>,
 }
 
 /// What an action adds to `total-cost`.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct GroundCost {
-    pub(crate) number: f64,
-    pub(crate) functions: Vec<(Name, Vec<u32>)>,
+pub(super) struct GroundCost {
+    pub(super) number: f64,
+    pub(super) functions: Vec<(Name, Vec<u32>)>,
 }
 
 /// Looks at one binding; answers whether that is enough.
 type Visit<'v, 'a> = dyn FnMut(&mut Grounder<'a>, &mut [u32]) -> Result<bool, TaskError> + 'v;
 
 /// Grounds conditions and effects and numbers the atoms it meets.
-pub(crate) struct Grounder<'a> {
+pub(super) struct Grounder<'a> {
     symbols: &'a Symbols<'a>,
-    kinds: Vec<Kind>,
+    kinds: Vec<PredicateKind>,
     statics: BTreeSet<u128>,
     index: BTreeMap<u128, u32>,
     /// Predicate and arguments of each numbered atom.
-    pub(crate) atoms: Vec<(u32, Vec<u32>)>,
+    pub(super) atoms: Vec<(u32, Vec<u32>)>,
     limits: &'a GroundingLimits,
     steps: u64,
 }
 
 impl<'a> Grounder<'a> {
     /// `statics` are the true atoms of static predicates.
-    pub(crate) fn new(
+    pub(super) fn new(
         symbols: &'a Symbols<'a>,
-        kinds: Vec<Kind>,
+        kinds: Vec<PredicateKind>,
         statics: &[(u32, Vec<u32>)],
         limits: &'a GroundingLimits,
     ) -> Self {
@@ -64,7 +55,7 @@ impl<'a> Grounder<'a> {
     }
 
     /// Who changes the predicate.
-    pub(crate) fn kind(&self, predicate: u32) -> Kind {
+    pub(super) fn kind(&self, predicate: u32) -> PredicateKind {
         self.kinds[predicate as usize]
     }
 
@@ -76,7 +67,7 @@ impl<'a> Grounder<'a> {
     }
 
     /// Counts one elementary step.
-    pub(crate) fn step(&mut self) -> Result<(), TaskError> {
+    pub(super) fn step(&mut self) -> Result<(), TaskError> {
         self.steps += 1;
         if self.steps > self.limits.steps_max {
             return Err(TaskError::limit("grounding.steps_max", self.limits.steps_max));
@@ -85,7 +76,7 @@ impl<'a> Grounder<'a> {
     }
 
     /// The number of an atom that is not static.
-    pub(crate) fn atom(&mut self, predicate: u32, args: Vec<u32>) -> Result<u32, TaskError> {
+    pub(super) fn atom(&mut self, predicate: u32, args: Vec<u32>) -> Result<u32, TaskError> {
         let key = self.key(predicate, &args);
         if let Some(&number) = self.index.get(&key) {
             return Ok(number);
@@ -100,7 +91,7 @@ impl<'a> Grounder<'a> {
     }
 
     /// The condition (or, unless `positive`, its negation) under a binding of the slots.
-    pub(crate) fn condition(
+    pub(super) fn condition(
         &mut self,
         condition: &SlotCondition,
         binding: &mut [u32],
@@ -115,7 +106,7 @@ impl<'a> Grounder<'a> {
             SlotCondition::Not(inner) => self.condition(inner, binding, !positive)?,
             SlotCondition::Atom(atom) => {
                 let args = objects(atom, binding);
-                if self.kind(atom.predicate) == Kind::Static {
+                if self.kind(atom.predicate) == PredicateKind::Static {
                     truth(self.statics.contains(&self.key(atom.predicate, &args)))
                 } else {
                     Formula::literal(self.atom(atom.predicate, args)?, positive)
@@ -180,7 +171,7 @@ impl<'a> Grounder<'a> {
     }
 
     /// The effect under a binding of the slots. `condition` is that of the effects around it.
-    pub(crate) fn effect(
+    pub(super) fn effect(
         &mut self,
         effect: &SlotEffect,
         binding: &mut [u32],
@@ -237,7 +228,7 @@ fn combine(conjunction: bool, parts: Vec<Formula>) -> Formula {
 }
 
 /// The object a term stands for.
-pub(crate) fn object(term: SlotTerm, binding: &[u32]) -> u32 {
+pub(super) fn object(term: SlotTerm, binding: &[u32]) -> u32 {
     match term {
         SlotTerm::Slot(slot) => binding[slot],
         SlotTerm::Object(object) => object,

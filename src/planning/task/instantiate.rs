@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::ground::{Grounder, Kind};
-use super::schema::{Schema, SlotAtom, SlotCondition, SlotTerm};
+use super::TaskError;
+use super::ground::Grounder;
+use super::lowering::{Lifted, SlotAtom, SlotCondition, SlotTerm};
+use super::predicate_kind::PredicateKind;
 use super::seeds::Seed;
-use crate::planning::TaskError;
 
 /// The true tuples of one static predicate.
 #[derive(Debug, Default)]
-pub(crate) struct Relation {
+pub(super) struct Relation {
     tuples: Vec<Vec<u32>>,
     /// Tuples by (place, object).
     by_arg: BTreeMap<(usize, u32), Vec<usize>>,
@@ -17,7 +18,7 @@ pub(crate) struct Relation {
 
 impl Relation {
     /// Adds a true tuple.
-    pub(crate) fn push(&mut self, tuple: Vec<u32>) {
+    pub(super) fn push(&mut self, tuple: Vec<u32>) {
         for (place, &object) in tuple.iter().enumerate() {
             self.by_arg.entry((place, object)).or_default().push(self.tuples.len());
         }
@@ -56,8 +57,8 @@ impl Candidates<'_> {
 }
 
 /// A join of an action's parameters with the static relations.
-pub(crate) struct Join<'a, 'g> {
-    schema_params: &'a [Vec<u32>],
+pub(super) struct Join<'a, 'g> {
+    params: &'a [Vec<u32>],
     /// Whether object `o` may stand for parameter `p`, at `[p][o]`.
     allowed: Vec<Vec<bool>>,
     relations: &'a [Relation],
@@ -68,16 +69,16 @@ pub(crate) struct Join<'a, 'g> {
 
 /// Every argument tuple that extends one of the seeds and under which the conjunction of positive
 /// static preconditions holds, in lexicographic order.
-pub(crate) fn instances<T>(
-    schema: &Schema<T>,
+pub(super) fn instances<T>(
+    lifted: &Lifted<T>,
     seeds: &BTreeSet<Seed>,
     relations: &[Relation],
     grounder: &mut Grounder<'_>,
 ) -> Result<Vec<Vec<u32>>, TaskError> {
     let mut atoms = Vec::new();
-    static_atoms(&schema.condition, grounder, &mut atoms);
-    let n_objects = schema.params.iter().flatten().max().map_or(0, |&o| o as usize + 1);
-    let allowed = schema.params.iter().map(|range| {
+    static_atoms(&lifted.condition, grounder, &mut atoms);
+    let n_objects = lifted.params.iter().flatten().max().map_or(0, |&o| o as usize + 1);
+    let allowed = lifted.params.iter().map(|range| {
         let mut allowed = vec![false; n_objects];
         for &object in range {
             allowed[object as usize] = true;
@@ -85,7 +86,7 @@ pub(crate) fn instances<T>(
         allowed
     });
     let mut join = Join {
-        schema_params: &schema.params,
+        params: &lifted.params,
         allowed: allowed.collect(),
         binding: Vec::new(),
         tuples: Vec::new(),
@@ -115,7 +116,7 @@ fn static_atoms<'a>(
             static_atoms(part, grounder, atoms);
         }
     } else if let SlotCondition::Atom(atom) = condition
-        && grounder.kind(atom.predicate) == Kind::Static
+        && grounder.kind(atom.predicate) == PredicateKind::Static
     {
         atoms.push(atom);
     }
@@ -176,7 +177,7 @@ impl<'a> Join<'a, '_> {
             self.tuples.push(self.binding.iter().map(|b| b.unwrap_or_default()).collect());
             return Ok(());
         };
-        for &value in &self.schema_params[param] {
+        for &value in &self.params[param] {
             self.grounder.step()?;
             self.binding[param] = Some(value);
             self.extend_by_param()?;
@@ -187,7 +188,7 @@ impl<'a> Join<'a, '_> {
 }
 
 /// Binds the first slots to an argument tuple.
-pub(crate) fn binding_of(args: &[u32], n_slots: usize) -> Vec<u32> {
+pub(super) fn binding_of(args: &[u32], n_slots: usize) -> Vec<u32> {
     let mut binding = vec![0; n_slots];
     binding[..args.len()].copy_from_slice(args);
     binding

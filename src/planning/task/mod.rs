@@ -1,166 +1,72 @@
 //! The ground task: packed atoms, actions, rules and goal.
+//!
+//! A pipeline, one file for each stage; [`Task::new`] is its order:
+//!
+//! ```text
+//!  domain, objects, init, goal
+//!    ─ lowering ────► names are numbers, variables are slots          (Lifted)
+//!    ─ instantiate ─► argument tuples whose static conditions hold;
+//!                     seeds leaves out what nobody asks for
+//!    ─ ground ──────► quantifiers expanded, static parts evaluated    (Formula)
+//!    ─ draft ───────► every action, rule and the goal, ground         (Draft)
+//!    ─ prune ───────► without what cannot happen or cannot matter
+//!    ─ pack ────────► atoms are bits, conditions and effects masks    (Task)
+//! ```
+//!
+//! What heuristics derive from a task is not kept here but by [`Solver`](super::Solver).
 
-pub(crate) mod formula;
-pub(crate) mod schema;
-pub(crate) mod ground;
+mod input;
+mod formula;
+mod lowering;
+mod predicate_kind;
+mod ground;
 mod seeds;
 mod instantiate;
+mod draft;
 mod prune;
 mod axioms;
-pub(crate) mod state;
+mod operator;
 mod successors;
 mod pack;
+mod state_registry;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::GroundingLimits;
-use super::heuristics::Prepared;
-use crate::pddl::{Atom, Condition, Domain, Effect, Name, Step, Typed};
+use crate::pddl::{Atom, Domain, Name};
 use axioms::Axioms;
-use formula::{Formula, Test};
-use ground::{GroundCost, GroundEffect, Grounder, Kind};
-use instantiate::{Relation, binding_of, instances};
+use ground::Grounder;
+use lowering::Symbols;
 use pack::Packing;
-use schema::{Compiler, Schema, SlotEffect, Symbols};
-use seeds::Mentions;
+use predicate_kind::PredicateKind;
 use successors::Successors;
 
-/// Why a task could not be grounded.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum TaskError {
-    /// A limit was met.
-    #[error("{limit} ({value}) is used up")]
-    OutOfBudget {
-        /// Name of the limit.
-        limit: &'static str,
-        /// Its value.
-        value: u64,
-    },
-    /// A condition, fact or goal names something that the domain or the objects lack.
-    #[error("expected a declared predicate, object or variable, got `{name}`")]
-    UnknownName {
-        /// The name.
-        name: Name,
-    },
-    /// An action's cost is a function that was given no value.
-    #[error("expected a value of the cost {function}, got none")]
-    NoCost {
-        /// The function.
-        function: Atom,
-    },
-    /// The derived predicates depend on their own negation.
-    #[error(transparent)]
-    NotStratified(#[from] crate::pddl::NotStratified),
-}
+pub(super) use formula::{Formula, Test, bit};
+pub use input::{Coverage, TaskError, TaskInput};
+pub(super) use operator::PackedEffect;
+pub(crate) use operator::{LiteralMask, Operator};
+pub(crate) use predicate_kind::static_predicates;
+pub(crate) use state_registry::StateRegistry;
 
-impl TaskError {
-    pub(crate) fn limit(limit: &'static str, value: u64) -> Self {
-        Self::OutOfBudget { limit, value }
-    }
-}
-
-/// Which states a task has to serve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coverage {
-    /// Those reachable from the given facts: the smallest task.
-    Reachable,
-    /// Every state over the given objects that agrees with the given facts on the predicates that
-    /// no action changes. The goal may be asked for from any of them.
-    AllStates,
-}
-
-/// What a task is made from.
-#[derive(Debug, Clone, Copy)]
-pub struct TaskInput<'a> {
-    /// The domain.
-    pub domain: &'a Domain,
-    /// The objects, with or without the domain's constants.
-    pub objects: &'a [Typed],
-    /// What holds at first.
-    pub init: &'a BTreeSet<Atom>,
-    /// The goal.
-    pub goal: &'a Condition,
-    /// Values of cost functions.
-    pub costs: &'a BTreeMap<Atom, f64>,
-    /// Whether actions cost what they add to `total-cost`; otherwise each costs 1.
-    pub minimise_cost: bool,
-}
-
-/// A ground action.
-#[derive(Debug, Clone)]
-pub(crate) struct Operator {
-    pub(crate) step: Step,
-    pub(crate) cost: u64,
-    pub(crate) precondition: Formula,
-    pub(crate) effects: Vec<GroundEffect>,
-    pub(crate) test: Test,
-    pub(crate) changes: Vec<PackedEffect>,
-}
-
-/// Changes under one condition, as masks: (word, bits).
-#[derive(Debug, Clone)]
-pub(crate) struct PackedEffect {
-    pub(crate) test: Test,
-    pub(crate) clear: Vec<(u32, u64)>,
-    pub(crate) set: Vec<(u32, u64)>,
-}
-
-/// A task, ready to be searched.
+/// A task, ready to be searched. States are packed: `words` words of 64 atoms each.
 #[derive(Debug, Clone)]
 pub struct Task {
     /// The atoms in bit order: those that actions change, then the derived ones.
-    pub(crate) atoms: Vec<Atom>,
-    pub(crate) ids: BTreeMap<Atom, u32>,
+    pub(super) atoms: Vec<Atom>,
+    pub(super) ids: BTreeMap<Atom, u32>,
     /// Words of a packed state.
-    pub(crate) words: usize,
-    pub(crate) operators: Vec<Operator>,
-    pub(crate) successors: Successors,
-    pub(crate) goal: Formula,
-    pub(crate) goal_test: Test,
+    pub(super) words: usize,
+    pub(super) operators: Vec<Operator>,
+    pub(super) successors: Successors,
+    pub(super) goal: Formula,
+    pub(super) goal_test: Test,
     /// (head, body) of every rule.
-    pub(crate) rules: Vec<(u32, Formula)>,
+    pub(super) rules: Vec<(u32, Formula)>,
     /// Derived atoms that depend on themselves.
-    pub(crate) recursive: BTreeSet<u32>,
-    pub(crate) axioms: Axioms,
+    pub(super) recursive: BTreeSet<u32>,
+    pub(super) axioms: Axioms,
     /// How many units of cost make 1.
-    pub(crate) cost_scale: u64,
-    pub(crate) prepared: Prepared,
-}
-
-/// A task before packing; atoms have the grounder's numbers.
-pub(crate) struct Draft {
-    pub(crate) actions: Vec<DraftAction>,
-    pub(crate) rules: Vec<(u32, Formula)>,
-    pub(crate) goal: Formula,
-}
-
-/// An action of a [`Draft`].
-pub(crate) struct DraftAction {
-    pub(crate) schema: usize,
-    pub(crate) args: Vec<u32>,
-    pub(crate) precondition: Formula,
-    pub(crate) effects: Vec<GroundEffect>,
-    pub(crate) cost: GroundCost,
-}
-
-impl Draft {
-    /// Replaces literals everywhere and drops what can no longer happen.
-    pub(crate) fn replace(&mut self, literal: &impl Fn(u32, bool) -> Formula) {
-        for action in &mut self.actions {
-            action.precondition = action.precondition.replaced(literal);
-            for effect in &mut action.effects {
-                effect.condition = effect.condition.replaced(literal);
-            }
-            action.effects.retain(|e| e.condition != Formula::False);
-        }
-        let happens = |a: &DraftAction| a.precondition != Formula::False && !a.effects.is_empty();
-        self.actions.retain(happens);
-        for (_, body) in &mut self.rules {
-            *body = body.replaced(literal);
-        }
-        self.rules.retain(|(_, body)| *body != Formula::False);
-        self.goal = self.goal.replaced(literal);
-    }
+    pub(super) cost_scale: u64,
 }
 
 impl Task {
@@ -175,16 +81,16 @@ impl Task {
     ) -> Result<Self, TaskError> {
         let symbols = Symbols::new(input.domain, input.objects);
         check_sizes(input.domain, &symbols, limits)?;
-        let kinds = kinds(input.domain, &symbols);
+        let kinds = predicate_kind::kinds(input.domain, &symbols);
         let facts = numbered(input.init, &symbols)?;
-        let is_static = |(p, _): &&(u32, Vec<u32>)| kinds[*p as usize] == Kind::Static;
+        let is_static = |(p, _): &&(u32, Vec<u32>)| kinds[*p as usize] == PredicateKind::Static;
         let statics: Vec<_> = facts.iter().filter(is_static).cloned().collect();
         let mut grounder = Grounder::new(&symbols, kinds, &statics, limits);
-        let mut draft = draft(input, &symbols, &statics, &mut grounder, limits)?;
+        let mut draft = draft::draft(input, &symbols, &statics, &mut grounder, limits)?;
         if coverage == Coverage::Reachable {
             let mut initial = vec![false; grounder.atoms.len()];
             for (predicate, args) in facts {
-                if grounder.kind(predicate) == Kind::Fluent {
+                if grounder.kind(predicate) == PredicateKind::Fluent {
                     let atom = grounder.atom(predicate, args)? as usize;
                     // Atoms that nothing mentions are of no interest.
                     initial.get_mut(atom).into_iter().for_each(|value| *value = true);
@@ -225,6 +131,42 @@ impl Task {
         self.axioms.complete(after);
     }
 
+    /// Recomputes the derived atoms of a packed state.
+    pub(crate) fn complete(&self, state: &mut [u64]) {
+        self.axioms.complete(state);
+    }
+
+    /// Puts the numbers of all applicable operators into `applicable`, in rising order.
+    pub(crate) fn applicable(&self, state: &[u64], applicable: &mut Vec<u32>) {
+        self.successors.find(&self.operators, state, applicable);
+    }
+
+    /// The atoms in bit order: those that actions change, then the derived ones.
+    pub(crate) fn atoms(&self) -> &[Atom] {
+        &self.atoms
+    }
+
+    /// Words of a packed state.
+    pub(crate) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// The ground actions, by their numbers.
+    pub(crate) fn operators(&self) -> &[Operator] {
+        &self.operators
+    }
+
+    /// How many units of cost make 1.
+    pub(crate) fn cost_scale(&self) -> u64 {
+        self.cost_scale
+    }
+
+    /// The goal as masks, when it is a conjunction of literals over atoms that are not derived by
+    /// rules.
+    pub(crate) fn goal_literals(&self) -> Option<&[LiteralMask]> {
+        self.goal_test.literals().filter(|_| self.axioms.is_empty())
+    }
+
     /// How many atoms can change, derived ones included.
     pub fn n_atoms(&self) -> usize {
         self.atoms.len()
@@ -233,13 +175,6 @@ impl Task {
     /// How many ground actions there are.
     pub fn n_actions(&self) -> usize {
         self.operators.len()
-    }
-}
-
-impl Operator {
-    /// Whether the precondition holds.
-    pub(crate) fn applicable(&self, state: &[u64]) -> bool {
-        self.test.holds(state)
     }
 }
 
@@ -262,30 +197,6 @@ fn check_sizes(
     }
 }
 
-/// Who changes each predicate.
-pub(crate) fn kinds(domain: &Domain, symbols: &Symbols<'_>) -> Vec<Kind> {
-    fn mark(effect: &Effect, symbols: &Symbols<'_>, kinds: &mut [Kind]) {
-        match effect {
-            Effect::And(parts) => parts.iter().for_each(|p| mark(p, symbols, kinds)),
-            Effect::Add(literal) | Effect::Delete(literal) => {
-                if let Some(predicate) = symbols.predicate(&literal.predicate) {
-                    kinds[predicate as usize] = Kind::Fluent;
-                }
-            }
-            Effect::When(_, inner) | Effect::Forall(_, inner) => mark(inner, symbols, kinds),
-            Effect::Cost(_) => {}
-        }
-    }
-    let mut kinds = vec![Kind::Static; symbols.predicates.len()];
-    domain.actions.iter().for_each(|action| mark(&action.effect, symbols, &mut kinds));
-    for axiom in &domain.axioms {
-        if let Some(predicate) = symbols.predicate(&axiom.head.name) {
-            kinds[predicate as usize] = Kind::Derived;
-        }
-    }
-    kinds
-}
-
 /// The facts with numbers in place of names.
 fn numbered(
     facts: &BTreeSet<Atom>,
@@ -300,87 +211,4 @@ fn numbered(
         Ok((predicate, args.collect::<Result<_, _>>()?))
     };
     facts.iter().map(number).collect()
-}
-
-/// Instantiates actions, goal and, as far as they are asked for, rules.
-fn draft(
-    input: &TaskInput<'_>,
-    symbols: &Symbols<'_>,
-    statics: &[(u32, Vec<u32>)],
-    grounder: &mut Grounder<'_>,
-    limits: &GroundingLimits,
-) -> Result<Draft, TaskError> {
-    let mut relations: Vec<Relation> = Vec::new();
-    relations.resize_with(symbols.predicates.len(), Relation::default);
-    for (predicate, args) in statics {
-        relations[*predicate as usize].push(args.clone());
-    }
-    let goal = Compiler::new(symbols).goal(input.goal)?;
-    let schemas = input.domain.actions.iter().map(|a| Compiler::new(symbols).action(a));
-    let schemas = schemas.collect::<Result<Vec<_>, _>>()?;
-    let rules = input.domain.axioms.iter().map(|axiom| Compiler::new(symbols).rule(axiom));
-    let rules = rules.collect::<Result<Vec<_>, _>>()?;
-    let mut mentions = Mentions::new(symbols.predicates.len());
-    mentions.condition(&goal.condition);
-    for rule in &rules {
-        mentions.condition(&rule.condition);
-    }
-    for schema in &schemas {
-        mentions.condition(&schema.condition);
-        mentions.effect(&schema.result);
-    }
-    let goal = grounder.condition(&goal.condition, &mut vec![0; goal.n_slots], true)?;
-    let mut actions = Vec::new();
-    for (idx, schema) in schemas.iter().enumerate() {
-        let seeds = mentions.seeds(schema);
-        for args in instances(schema, &seeds, &relations, grounder)? {
-            actions.extend(ground_action(idx, schema, args, grounder)?);
-            if actions.len() > limits.actions_max {
-                return Err(TaskError::limit("grounding.actions_max", limits.actions_max as u64));
-            }
-        }
-    }
-    let rules = ground_rules(&rules, grounder)?;
-    Ok(Draft { actions, rules, goal })
-}
-
-/// One action, unless its precondition cannot hold or it changes nothing.
-fn ground_action(
-    idx: usize,
-    schema: &Schema<SlotEffect>,
-    args: Vec<u32>,
-    grounder: &mut Grounder<'_>,
-) -> Result<Option<DraftAction>, TaskError> {
-    let mut binding = binding_of(&args, schema.n_slots);
-    let precondition = grounder.condition(&schema.condition, &mut binding, true)?;
-    if precondition == Formula::False {
-        return Ok(None);
-    }
-    let mut out = (Vec::new(), GroundCost::default());
-    grounder.effect(&schema.result, &mut binding, &Formula::True, &mut out)?;
-    let (effects, cost) = out;
-    Ok(Some(DraftAction { schema: idx, args, precondition, effects, cost }))
-}
-
-/// The rules of every derived atom that some condition mentions, directly or through rules.
-fn ground_rules(
-    schemas: &[Schema<u32>],
-    grounder: &mut Grounder<'_>,
-) -> Result<Vec<(u32, Formula)>, TaskError> {
-    let mut rules = Vec::new();
-    let mut next = 0;
-    while let Some((predicate, args)) = grounder.atoms.get(next).cloned() {
-        for schema in schemas.iter().filter(|s| s.result == predicate) {
-            let fits = args.iter().zip(&schema.params).all(|(arg, range)| range.contains(arg));
-            if fits {
-                let mut binding = binding_of(&args, schema.n_slots);
-                let body = grounder.condition(&schema.condition, &mut binding, true)?;
-                if body != Formula::False {
-                    rules.push((next as u32, body));
-                }
-            }
-        }
-        next += 1;
-    }
-    Ok(rules)
 }

@@ -3,32 +3,34 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axioms::{Axioms, RuleSet};
+use super::draft::{Draft, DraftAction};
 use super::formula::{Formula, Test};
-use super::ground::{GroundEffect, Grounder, Kind};
-use super::schema::Symbols;
+use super::ground::{GroundEffect, Grounder};
+use super::lowering::Symbols;
+use super::operator::{Operator, PackedEffect};
+use super::predicate_kind::PredicateKind;
 use super::successors::Successors;
-use super::{Draft, DraftAction, Operator, PackedEffect, Task, TaskError, TaskInput, prune};
+use super::{Task, TaskError, TaskInput, prune};
 use crate::pddl::{Atom, Name, Step, stratify};
-use crate::planning::heuristics::Prepared;
 
 /// Turns a draft into a task: renumbers the atoms that matter and packs everything.
-pub(crate) struct Packing<'a> {
-    pub(crate) input: &'a TaskInput<'a>,
-    pub(crate) symbols: &'a Symbols<'a>,
-    pub(crate) grounder: &'a Grounder<'a>,
+pub(super) struct Packing<'a> {
+    pub(super) input: &'a TaskInput<'a>,
+    pub(super) symbols: &'a Symbols<'a>,
+    pub(super) grounder: &'a Grounder<'a>,
 }
 
 impl Packing<'_> {
     /// Packs a draft.
-    pub(crate) fn pack(&self, mut draft: Draft) -> Result<Task, TaskError> {
+    pub(super) fn pack(&self, mut draft: Draft) -> Result<Task, TaskError> {
         let n_before = self.grounder.atoms.len();
         let relevant = prune::irrelevant(&mut draft, n_before);
-        let of_kind = |kind: Kind| {
+        let of_kind = |kind: PredicateKind| {
             (0..n_before as u32).filter(move |&a| relevant_kind(self.grounder, a) == kind)
         };
-        let kept = of_kind(Kind::Fluent).chain(of_kind(Kind::Derived));
+        let kept = of_kind(PredicateKind::Fluent).chain(of_kind(PredicateKind::Derived));
         let kept: Vec<u32> = kept.filter(|&a| relevant[a as usize]).collect();
-        let is_fluent = |a: &&u32| relevant_kind(self.grounder, **a) == Kind::Fluent;
+        let is_fluent = |a: &&u32| relevant_kind(self.grounder, **a) == PredicateKind::Fluent;
         let n_fluents = kept.iter().filter(is_fluent).count() as u32;
         let mut number = vec![0; n_before];
         kept.iter().zip(0..).for_each(|(&old, new)| number[old as usize] = new);
@@ -64,7 +66,6 @@ impl Packing<'_> {
             recursive,
             axioms,
             cost_scale,
-            prepared: Prepared::default(),
         })
     }
 
@@ -98,12 +99,12 @@ impl Packing<'_> {
     }
 
     fn operator(&self, action: DraftAction, cost: u64, number: &[u32]) -> Operator {
-        let DraftAction { schema, args, precondition, mut effects, .. } = action;
+        let DraftAction { action, args, precondition, mut effects, .. } = action;
         for (atom, _) in effects.iter_mut().flat_map(|e| &mut e.changes) {
             *atom = number[*atom as usize];
         }
         let step = Step {
-            action: self.input.domain.actions[schema].name.clone(),
+            action: self.input.domain.actions[action].name.clone(),
             args: args.iter().map(|&a| self.object(a)).collect(),
         };
         let masks = |effect: &GroundEffect, added: bool| {
@@ -146,7 +147,7 @@ impl Packing<'_> {
     }
 }
 
-fn relevant_kind(grounder: &Grounder<'_>, atom: u32) -> Kind {
+fn relevant_kind(grounder: &Grounder<'_>, atom: u32) -> PredicateKind {
     grounder.kind(grounder.atoms[atom as usize].0)
 }
 

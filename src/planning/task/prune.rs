@@ -1,6 +1,6 @@
 //! Leaves out what cannot happen from the initial state and what cannot matter to the goal.
 
-use super::Draft;
+use super::draft::Draft;
 use super::formula::Formula;
 
 /// What may become of each atom.
@@ -32,7 +32,7 @@ impl Possible {
 
 /// Removes actions, effects and atoms that cannot occur in any state reachable from `initial`
 /// (the value of each atom), judged by the relaxation in which nothing ever stops being possible.
-pub(crate) fn unreachable(draft: &mut Draft, initial: &[bool]) {
+pub(super) fn unreachable(draft: &mut Draft, initial: &[bool]) {
     let possible = relaxed_fixpoint(draft, initial);
     let constant = |atom: u32, wanted: bool| {
         let idx = atom as usize;
@@ -81,7 +81,7 @@ fn relaxed_fixpoint(draft: &Draft, initial: &[bool]) -> Possible {
 
 /// Marks the atoms that the goal depends on, through actions and rules, and removes every change,
 /// action and rule that concerns others only.
-pub(crate) fn irrelevant(draft: &mut Draft, n_atoms: usize) -> Vec<bool> {
+pub(super) fn irrelevant(draft: &mut Draft, n_atoms: usize) -> Vec<bool> {
     let mut relevant = vec![false; n_atoms];
     draft.goal.each_literal(&mut |atom, _| relevant[atom as usize] = true);
     loop {

@@ -5,10 +5,10 @@
 
 use std::collections::BTreeSet;
 
-use super::schema::{Schema, SlotAtom, SlotCondition, SlotEffect, SlotTerm};
+use super::lowering::{LiftedAction, SlotAtom, SlotCondition, SlotEffect, SlotTerm};
 
 /// What conditions ask of each predicate.
-pub(crate) struct Mentions {
+pub(super) struct Mentions {
     by_predicate: Vec<Mention>,
 }
 
@@ -22,16 +22,16 @@ enum Mention {
 }
 
 /// A partial binding of an action's parameters.
-pub(crate) type Seed = Vec<Option<u32>>;
+pub(super) type Seed = Vec<Option<u32>>;
 
 impl Mentions {
     /// Nothing is asked for yet.
-    pub(crate) fn new(n_predicates: usize) -> Self {
+    pub(super) fn new(n_predicates: usize) -> Self {
         Self { by_predicate: vec![Mention::Ground(BTreeSet::new()); n_predicates] }
     }
 
     /// Notes what a condition asks for.
-    pub(crate) fn condition(&mut self, condition: &SlotCondition) {
+    pub(super) fn condition(&mut self, condition: &SlotCondition) {
         match condition {
             SlotCondition::True | SlotCondition::False | SlotCondition::Equal(..) => {}
             SlotCondition::Atom(atom) => self.atom(atom),
@@ -47,7 +47,7 @@ impl Mentions {
     }
 
     /// Notes what the conditions of an effect ask for.
-    pub(crate) fn effect(&mut self, effect: &SlotEffect) {
+    pub(super) fn effect(&mut self, effect: &SlotEffect) {
         match effect {
             SlotEffect::And(parts) => parts.iter().for_each(|p| self.effect(p)),
             SlotEffect::When(condition, inner) => {
@@ -75,10 +75,10 @@ impl Mentions {
     }
 
     /// Partial bindings of which every instance that can matter extends one.
-    pub(crate) fn seeds(&self, schema: &Schema<SlotEffect>) -> BTreeSet<Seed> {
+    pub(super) fn seeds(&self, action: &LiftedAction) -> BTreeSet<Seed> {
         let mut seeds = BTreeSet::new();
-        let free: Seed = vec![None; schema.params.len()];
-        self.collect(&schema.result, &free, &mut seeds);
+        let free: Seed = vec![None; action.params.len()];
+        self.collect(&action.result, &free, &mut seeds);
         if seeds.contains(&free) { BTreeSet::from([free]) } else { seeds }
     }
 

@@ -5,7 +5,7 @@ use super::formula::{Formula, bit};
 
 /// Actions sorted by one atom that each of them needs.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Successors {
+pub(in crate::planning) struct Successors {
     /// Actions that need atom `a`, at `[a]`.
     by_atom: Vec<Vec<u32>>,
     /// Actions that need no atom to hold.
@@ -16,7 +16,7 @@ pub(crate) struct Successors {
 
 impl Successors {
     /// Sorts each action under the needed atom that the fewest actions need.
-    pub(crate) fn new(operators: &[Operator], n_atoms: usize, words: usize) -> Self {
+    pub(in crate::planning) fn new(operators: &[Operator], n_atoms: usize, words: usize) -> Self {
         let mut n_needing = vec![0_usize; n_atoms];
         for operator in operators {
             needed(&operator.precondition).for_each(|atom| n_needing[atom as usize] += 1);
@@ -36,7 +36,12 @@ impl Successors {
     }
 
     /// Puts the numbers of all applicable actions into `applicable`, in rising order.
-    pub(crate) fn find(&self, operators: &[Operator], state: &[u64], applicable: &mut Vec<u32>) {
+    pub(in crate::planning) fn find(
+        &self,
+        operators: &[Operator],
+        state: &[u64],
+        applicable: &mut Vec<u32>,
+    ) {
         applicable.clear();
         let test = |idx: &u32| operators[*idx as usize].applicable(state);
         applicable.extend(self.rest.iter().copied().filter(test));

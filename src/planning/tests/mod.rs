@@ -275,6 +275,7 @@ fn solved(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Plan {
         Outcome::Solved(plan) => plan,
         other @ (Outcome::Unsolvable { .. }
         | Outcome::OutOfBudget { .. }
+        | Outcome::Interrupted
         | Outcome::Unsupported { .. }
         | Outcome::BadInput { .. }) => panic!("{other:?}"),
     }
@@ -330,6 +331,7 @@ fn every_limit_is_named_when_it_is_met() {
             Outcome::OutOfBudget { limit, .. } => limit,
             other @ (Outcome::Solved(_)
             | Outcome::Unsolvable { .. }
+            | Outcome::Interrupted
             | Outcome::Unsupported { .. }
             | Outcome::BadInput { .. }) => panic!("{other:?}"),
         }
@@ -394,14 +396,14 @@ fn one_task_serves_every_state_over_its_objects() {
     let minimise_cost = *minimise_cost;
     let input = TaskInput { domain: &domain, objects, init, goal, costs, minimise_cost };
     let limits = GroundingLimits::standard();
-    let task = Task::new(&input, Coverage::AllStates, &limits).unwrap();
+    let solver = Solver::new(Task::new(&input, Coverage::AllStates, &limits).unwrap());
     for init in [
         "(table a)(clear a)(table b)(clear b)(table c)(clear c)(free)",
         "(table a)(on b a)(clear b)(held c)",
         "(table a)(on b a)(on c b)(clear c)(free)",
     ] {
         let (_, problem) = read(BLOCKS, &problem_text(3, init, "(on a b)"));
-        let outcome = task.solve(&problem.init, &NO_PENALTIES, &budget(true), &|| false).outcome;
+        let outcome = solver.solve(&problem.init, &NO_PENALTIES, &budget(true), &|| false).outcome;
         let Outcome::Solved(plan) = outcome else { panic!("{outcome:?}") };
         assert_eq!(Some(plan.cost), brute_force(&domain, &problem));
     }

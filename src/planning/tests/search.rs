@@ -7,8 +7,8 @@ use std::collections::BinaryHeap;
 
 use super::*;
 use crate::planning::heuristics::{Blind, Heuristic, Landmarks, LmCut, Max};
-use crate::planning::solve::{INTERRUPTED, SearchEnd};
-use crate::planning::task::formula::{Formula, bit};
+use crate::planning::solve::SearchEnd;
+use crate::planning::task::{Formula, bit};
 
 const N_ATOMS: usize = 5;
 
@@ -37,7 +37,7 @@ fn effect() -> impl Strategy<Value = String> {
 
 /// A task with conditional effects, negative and disjunctive conditions and costs; with `derived`
 /// also an atom that rules derive.
-fn random_task(derived: bool) -> impl Strategy<Value = (Task, Vec<u64>)> {
+fn random_task(derived: bool) -> impl Strategy<Value = (Solver, Vec<u64>)> {
     let action = (condition(), prop::collection::vec(effect(), 1..=3));
     let actions = prop::collection::vec(action, 2..=6);
     let rule = if derived { condition().prop_map(Some).boxed() } else { Just(None).boxed() };
@@ -59,7 +59,7 @@ fn random_task(derived: bool) -> impl Strategy<Value = (Task, Vec<u64>)> {
             format!("(define (domain d) (:predicates {atoms} (b)) {rule} {actions})");
         let problem = format!("(define (problem p) (:domain d) (:init) (:goal {goal}))");
         let (domain, problem) = read(&domain, &problem);
-        (task_of(&domain, &problem), costs)
+        (Solver::new(task_of(&domain, &problem)), costs)
     })
 }
 
@@ -117,15 +117,16 @@ fn cheapest(
 }
 
 /// Checks all heuristics, landmarks and searches from every state of a task.
-fn check(task: &Task, costs: &[u64]) {
+fn check(solver: &Solver, costs: &[u64]) {
+    let (task, relaxed) = (solver.task(), solver.relaxed());
     let costs = &costs[..task.n_actions()];
     if task.goal == Formula::False {
         return;
     }
     let mut heuristics: [Box<dyn Heuristic + '_>; 3] = [
         Box::new(Blind::new(task, costs)),
-        Box::new(Max::new(task, costs)),
-        Box::new(LmCut::new(task, costs)),
+        Box::new(Max::new(relaxed, costs)),
+        Box::new(LmCut::new(relaxed, costs)),
     ];
     for (idx, state) in all_states(task).into_iter().enumerate() {
         let truth = cheapest(task, costs, &state, &|_| true);
@@ -138,20 +139,20 @@ fn check(task: &Task, costs: &[u64]) {
             estimates[1] <= estimates[2] || estimates[2].is_none(),
             "cuts sum to less than max"
         );
-        if let Some(landmarks) = Landmarks::new(task, &state) {
+        if let Some(landmarks) = Landmarks::new(relaxed, &state) {
             for &(atom, value) in landmarks.literals() {
                 let without = |state: &[u64]| bit(state, atom) != value;
                 assert_eq!(cheapest(task, costs, &state, &without), None, "{atom} {value}");
             }
         }
         if idx % 4 == 1 {
-            searches_agree(task, costs, &state, truth);
+            searches_agree(solver, costs, &state, truth);
         }
     }
 }
 
 /// Every kind of search from one state, against the true cost.
-fn searches_agree(task: &Task, costs: &[u64], state: &[u64], truth: Option<u64>) {
+fn searches_agree(solver: &Solver, costs: &[u64], state: &[u64], truth: Option<u64>) {
     let guided = |optimal_heuristic| Budget { optimal_heuristic, ..budget(true) };
     let improve = |improve_expansions_max| Budget { improve_expansions_max, ..budget(false) };
     let mut found = Vec::new();
@@ -162,15 +163,15 @@ fn searches_agree(task: &Task, costs: &[u64], state: &[u64], truth: Option<u64>)
         improve(0),
         improve(500),
     ] {
-        let answer = task.search_from(state, costs, &budget, &|| false);
-        assert_eq!(answer, task.search_from(state, costs, &budget, &|| false));
+        let answer = solver.search_from(state, costs, &budget, &|| false);
+        assert_eq!(answer, solver.search_from(state, costs, &budget, &|| false));
         match (answer.end, truth) {
             (SearchEnd::Exhausted { .. }, None) => {}
             (SearchEnd::Found { operators, cost, proven_optimal }, Some(truth)) => {
                 assert!(answer.lower_bound <= truth && truth <= cost);
                 assert!(!proven_optimal || cost == truth);
                 assert!(proven_optimal || budget.optimal_expansions_max == 0);
-                assert_eq!(replayed(task, costs, state, &operators), cost);
+                assert_eq!(replayed(solver.task(), costs, state, &operators), cost);
                 found.push(cost);
             }
             (end, truth) => panic!("{end:?}, brute force: {truth:?}"),
@@ -200,18 +201,18 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn bounds_landmarks_and_searches_agree_with_brute_force((task, costs) in random_task(false)) {
-        check(&task, &costs);
+    fn bounds_landmarks_and_searches_agree_with_brute_force((solver, costs) in random_task(false)) {
+        check(&solver, &costs);
     }
 
     #[test]
-    fn they_do_so_over_derived_atoms_too((task, costs) in random_task(true)) {
-        check(&task, &costs);
+    fn they_do_so_over_derived_atoms_too((solver, costs) in random_task(true)) {
+        check(&solver, &costs);
     }
 }
 
 /// A tower of an odd number of blocks that is to be built anew in another order.
-fn tall_task(n: usize) -> (Task, Vec<u64>, Vec<u64>) {
+fn tall_task(n: usize) -> (Solver, Vec<u64>, Vec<u64>) {
     let name = |i: usize| format!("b{i}");
     let blocks: Vec<String> = (0..n).map(name).collect();
     let blocks = blocks.join(" ");
@@ -226,20 +227,20 @@ fn tall_task(n: usize) -> (Task, Vec<u64>, Vec<u64>) {
     let (domain, problem) = read(BLOCKS, &problem);
     let task = task_of(&domain, &problem);
     let (state, costs) = (task.state(&problem.init), vec![1; task.n_actions()]);
-    (task, state, costs)
+    (Solver::new(task), state, costs)
 }
 
 #[test]
 fn more_improvement_never_costs_more_and_is_repeatable() {
-    let (task, state, costs) = tall_task(11);
+    let (solver, state, costs) = tall_task(11);
     let mut last = u64::MAX;
     let mut all = Vec::new();
     for improve_expansions_max in [0, 30, 300, 3000, 30_000] {
         let budget = Budget { improve_expansions_max, ..budget(false) };
-        let answer = task.search_from(&state, &costs, &budget, &|| false);
-        assert_eq!(answer, task.search_from(&state, &costs, &budget, &|| false));
+        let answer = solver.search_from(&state, &costs, &budget, &|| false);
+        assert_eq!(answer, solver.search_from(&state, &costs, &budget, &|| false));
         let SearchEnd::Found { operators, cost, .. } = answer.end else { panic!("a plan exists") };
-        assert_eq!(replayed(&task, &costs, &state, &operators), cost);
+        assert_eq!(replayed(solver.task(), &costs, &state, &operators), cost);
         assert!(cost <= last, "{cost} after {last}");
         last = cost;
         all.push(cost);
@@ -249,7 +250,7 @@ fn more_improvement_never_costs_more_and_is_repeatable() {
 
 #[test]
 fn an_interrupt_ends_every_search_with_what_it_has() {
-    let (task, state, costs) = tall_task(13);
+    let (solver, state, costs) = tall_task(13);
     let after = |n_asked: u32| {
         let left = Cell::new(n_asked);
         move || {
@@ -258,20 +259,20 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
         }
     };
     for budget in [budget(true), budget(false)] {
-        let answer = task.search_from(&state, &costs, &budget, &after(2));
+        let answer = solver.search_from(&state, &costs, &budget, &after(2));
         let expanded: u64 = answer.phases.iter().map(|p| p.expanded).sum();
         assert!(expanded < 100, "{expanded} states after the second question");
-        assert_eq!(answer.end, SearchEnd::OutOfBudget { limit: INTERRUPTED, value: 0 });
+        assert_eq!(answer.end, SearchEnd::Interrupted);
     }
     let n_asked = Cell::new(0);
     let count = || {
         n_asked.set(n_asked.get() + 1);
         false
     };
-    task.search_from(&state, &costs, &budget(false), &count);
+    solver.search_from(&state, &costs, &budget(false), &count);
     let improving = Budget { improve_expansions_max: 100_000, ..budget(false) };
-    let whole = task.search_from(&state, &costs, &improving, &|| false);
-    let cut = task.search_from(&state, &costs, &improving, &after(n_asked.get() + 20));
+    let whole = solver.search_from(&state, &costs, &improving, &|| false);
+    let cut = solver.search_from(&state, &costs, &improving, &after(n_asked.get() + 20));
     let improvement = |phases: &[Phase]| phases.last().map_or(0, |p| p.expanded);
     let expanded = (improvement(&cut.phases), improvement(&whole.phases));
     assert!(expanded.0 < expanded.1, "{expanded:?}");
@@ -280,16 +281,16 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
     else {
         panic!("a plan exists and is found before the interrupt")
     };
-    assert_eq!(replayed(&task, &costs, &state, &operators), cost);
+    assert_eq!(replayed(solver.task(), &costs, &state, &operators), cost);
     assert!(best <= cost);
 }
 
 #[test]
 fn turns_of_two_searches_meet_the_same_limits() {
-    let (task, state, costs) = tall_task(9);
+    let (solver, state, costs) = tall_task(9);
     for optimal_expansions_max in [10, 70_000] {
         let budget = Budget { optimal_expansions_max, ..budget(true) };
-        let answer = task.search_from(&state, &costs, &budget, &|| false);
+        let answer = solver.search_from(&state, &costs, &budget, &|| false);
         let expanded: u64 = answer.phases.iter().map(|p| p.expanded).sum();
         assert!(expanded <= optimal_expansions_max);
         assert!(answer.lower_bound > 0);

@@ -1,4 +1,4 @@
-//! The ladder's laws on small random tasks, against brute force by direct interpretation.
+//! The cascade's laws on small random tasks, against brute force by direct interpretation.
 
 mod laws;
 mod memory;
@@ -10,12 +10,12 @@ use std::sync::Arc;
 
 use super::*;
 use crate::logic::{Bindings, Facts, Truth, Universe, bind, derive, effects, evaluate};
-use crate::messages::{Reuse, Rung};
+use crate::messages::{PlanSource, Reuse};
 use crate::pddl::{
     Atom, Condition, Domain, Name, SourceText, Step, Typed, parse_domain, parse_goal,
 };
 use crate::planning::{
-    Answer, Budget, GroundingLimits, NO_PENALTIES, Outcome, PlanRequest, TaskError, validate,
+    Budget, GroundingLimits, NO_PENALTIES, Outcome, PlanAnswer, PlanRequest, TaskError, validate,
 };
 
 /// Atoms that hold.
@@ -33,22 +33,22 @@ fn goal(text: &str, domain: &Domain, objects: &[Typed]) -> Condition {
     parsed.unwrap_or_else(|e| panic!("{}", e.render()))
 }
 
-fn settings(reuse: Reuse, rungs: &[Rung]) -> LadderSettings {
-    LadderSettings {
+fn settings(reuse: Reuse, sources: &[PlanSource]) -> CascadeSettings {
+    CascadeSettings {
         reuse,
-        rungs: rungs.iter().copied().collect(),
+        sources: sources.iter().copied().collect(),
         failure_penalty: PENALTY,
         table: TableLimits { states_max: 10_000, bytes_max: 1 << 24 },
         grounding: GroundingLimits::standard(),
-        known_right: Vec::new(),
+        reference_states: Vec::new(),
     }
 }
 
-/// A ladder with somebody who searches for it.
+/// A cascade with somebody who searches for it.
 struct Desk {
     domain: Arc<Domain>,
     objects: Vec<Typed>,
-    ladder: Ladder,
+    cascade: Cascade,
     failures: BTreeMap<Step, u32>,
     budget: Budget,
     n_searches: u32,
@@ -59,12 +59,12 @@ impl Desk {
         domain: &Arc<Domain>,
         objects: &[Typed],
         goal: Condition,
-        settings: LadderSettings,
+        settings: CascadeSettings,
     ) -> Self {
         Self {
             domain: Arc::clone(domain),
             objects: objects.to_vec(),
-            ladder: Ladder::new(Arc::clone(domain), goal, Arc::new(settings)),
+            cascade: Cascade::new(Arc::clone(domain), goal, Arc::new(settings)),
             failures: BTreeMap::new(),
             budget: Budget::standard(),
             n_searches: 0,
@@ -74,62 +74,62 @@ impl Desk {
     fn observe(&mut self, state: &State) -> Result<(), TaskError> {
         let objects = self.objects.iter().map(|o| (&o.name, &o.types[0]));
         let facts = state.iter().map(|atom| (atom, Truth::True));
-        self.ladder.observe(objects, facts).map_err(Clone::clone)
+        self.cascade.observe(objects, facts).map_err(Clone::clone)
     }
 
     /// The answer to a state.
-    fn ask(&mut self, state: &State) -> Reply {
+    fn ask(&mut self, state: &State) -> CascadeReply {
         self.observe(state).unwrap();
-        let reply = match self.ladder.climb(&self.failures) {
-            Climbed::Reply(reply) => reply,
-            Climbed::Search => {
+        let reply = match self.cascade.query(&self.failures) {
+            CascadeResult::Reply(reply) => reply,
+            CascadeResult::Search => {
                 self.n_searches += 1;
                 let answer = self.search(state);
-                self.ladder.take(answer, &self.failures)
+                self.cascade.accept(answer, &self.failures)
             }
         };
-        self.ladder.prepare();
+        self.cascade.prepare();
         reply
     }
 
-    fn search(&self, state: &State) -> Answer {
-        let (ground, _) = self.ladder.grounded().unwrap();
+    fn search(&self, state: &State) -> PlanAnswer {
+        let (observed_task, _) = self.cascade.grounded().unwrap();
         let penalties = self.failures.iter().map(|(step, n)| (step.clone(), n * PENALTY)).collect();
-        ground.task.solve(state, &penalties, &self.budget, &|| false)
+        observed_task.solver.solve(state, &penalties, &self.budget, &|| false)
     }
 
     /// Builds the table that is wanted, if one is.
     fn build_table(&mut self) -> Option<TableEnd> {
-        let job = self.ladder.wanted_table()?;
+        let job = self.cascade.wanted_table()?;
         let end = job.run(&|| false);
-        self.ladder.adopt(&job, end.clone());
+        self.cascade.adopt_table(&job, end.clone());
         Some(end)
     }
 
     /// The steps of an answer, checked by the validator.
     #[track_caller]
-    fn checked(&self, state: &State, rest: &Rest) -> Vec<Step> {
-        let steps = self.ladder.steps(rest);
+    fn checked(&self, state: &State, suffix: &PlanSuffix) -> Vec<Step> {
+        let steps = self.cascade.steps(suffix);
         let request = PlanRequest {
             objects: &self.objects,
             init: state,
-            goal: self.ladder.goal(),
+            goal: self.cascade.goal(),
             costs: &BTreeMap::new(),
             minimise_cost: false,
             penalties: &NO_PENALTIES,
         };
         let verdict = validate(&self.domain, &request, &steps);
         assert!(verdict.is_valid(), "{verdict:?}\n{steps:?}\n{state:?}");
-        assert_eq!(rest.cost, steps.len() as u64);
+        assert_eq!(suffix.cost, steps.len() as u64);
         steps
     }
 
     /// The steps of the answer to a state, and who gave it.
     #[track_caller]
-    fn plan(&mut self, state: &State) -> (Rung, Vec<Step>) {
+    fn plan(&mut self, state: &State) -> (PlanSource, Vec<Step>) {
         let reply = self.ask(state);
-        let LadderEnd::Plan(rest) = &reply.end else { panic!("{reply:?}") };
-        (reply.rung, self.checked(state, rest))
+        let CascadeEnd::Plan(suffix) = &reply.end else { panic!("{reply:?}") };
+        (reply.source, self.checked(state, suffix))
     }
 
     /// The state after a step, which must be possible.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::logic::{Bindings, Facts, Truth, Universe, bind, effects, evaluate};
-use crate::messages::{GoalMessage, PlanVerdict, Rung};
+use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Atom, Domain, SourceText, Step, Typed, parse_goal};
-use crate::planners::{PlanQuery, Planner, PlannerConfig, TableConfig};
-use crate::planning::{Answer, Budget, Outcome, Plan, Statistics};
-use crate::replanning::{LadderEnd, TableEnd, *};
+use crate::planners::{Deadlines, PlanQuery, Planner, PlannerConfig, TableConfig};
+use crate::planning::{Budget, Outcome, Plan, PlanAnswer, Statistics};
+use crate::replanning::*;
 use crate::run::DomainFolder;
 use crate::scene::{Origin, Scene, SceneFact, SceneObject, Visibility};
 
@@ -24,7 +24,7 @@ struct Counting {
 }
 
 impl Planner for Counting {
-    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
+    fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer {
         self.n_calls.fetch_add(1, Ordering::Relaxed);
         self.inner.plan(query)
     }
@@ -44,7 +44,13 @@ fn config() -> PlannerConfig {
         optimal_expansions_max: 10_000,
         ..Budget::standard()
     };
-    let rungs = vec![Rung::Trajectory, Rung::Suffix, Rung::Table, Rung::Search, Rung::Improve];
+    let rungs = vec![
+        PlanSource::Trajectory,
+        PlanSource::Suffix,
+        PlanSource::Table,
+        PlanSource::Search,
+        PlanSource::Improve,
+    ];
     PlannerConfig { failure_penalty: PENALTY, rungs, ..PlannerConfig::single("embedded", &budget) }
 }
 
@@ -112,15 +118,27 @@ impl Desk {
         let inner = config.planner(Path::new("run.toml"), |_| None).unwrap();
         let planner = Arc::new(Counting { inner, n_calls: AtomicU32::new(0) });
         let replanner =
-            Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config, Vec::new());
+            Replanner::new(Arc::clone(&domain), Arc::clone(&planner) as _, config, Vec::new())
+                .adopting(Adoption::WhenReady);
         let goal = GoalMessage::new(goal, Vec::new(), &objects);
         Self { domain, planner, replanner, goal, failures: BTreeMap::new() }
     }
 
+    /// One cycle with a builder of tables and deadlines, as the planner actor goes through it.
+    fn cycle(
+        &mut self,
+        scene: &Scene,
+        deadlines: Deadlines<'_>,
+        tables: &mut dyn TableBuilder,
+    ) -> PlanMessage {
+        let query = ReplanQuery { scene, goal: &self.goal, failures: &self.failures };
+        let message = self.replanner.plan(query, deadlines, &Spent::default, tables);
+        self.replanner.prepare(tables);
+        message
+    }
+
     fn ask(&mut self, scene: &Scene) -> PlanVerdict {
-        let replan = self.replanner.replan(scene, &self.goal, &self.failures);
-        self.replanner.prepare(scene.cause.cycle);
-        replan.verdict
+        self.cycle(scene, Deadlines::NONE, &mut BuildNever).verdict
     }
 
     #[track_caller]
@@ -183,8 +201,8 @@ fn the_rest_of_a_plan_is_kept_while_its_steps_are_done() {
 fn steps_that_somebody_else_has_done_are_skipped() {
     let mut desk = Desk::new(TOWER);
     desk.plan(&scene(&[]));
-    let rest = desk.plan(&scene(&[["b", "c"]]));
-    assert_eq!(rest, ["pick_up a arm", "stack a b arm"].map(step));
+    let suffix = desk.plan(&scene(&[["b", "c"]]));
+    assert_eq!(suffix, ["pick_up a arm", "stack a b arm"].map(step));
     assert_eq!(desk.n_calls(), 1);
 }
 
@@ -193,7 +211,7 @@ fn steps_that_somebody_else_has_done_are_skipped() {
 struct Scripted(Vec<Step>);
 
 impl Planner for Scripted {
-    fn plan(&self, _: &PlanQuery<'_>) -> Answer {
+    fn plan(&self, _: &PlanQuery<'_>) -> PlanAnswer {
         let outcome = Outcome::Solved(Plan {
             steps: self.0.clone(),
             cost: 4,
@@ -202,12 +220,12 @@ impl Planner for Scripted {
             lower_bound: 0,
             proven_optimal: false,
         });
-        Answer { outcome, statistics: Statistics::default() }
+        PlanAnswer { outcome, statistics: Statistics::default() }
     }
 }
 
 #[test]
-fn the_shortest_rest_that_leads_to_the_goal_is_followed() {
+fn the_shortest_suffix_that_leads_to_the_goal_is_followed() {
     let mut desk = Desk::new("(on b c)");
     let detour = ["pick_up a arm", "put_down a arm", "pick_up b arm", "stack b c arm"].map(step);
     let planner = Arc::new(Scripted(detour.to_vec()));
@@ -324,53 +342,104 @@ fn a_planner_without_options_refuses_them() {
     assert_eq!(error, wanted);
 }
 
-/// A desk whose first plan has been made in cycle 1, so that a table is wanted.
-fn desk_with_request(adopt_after_cycles: u64) -> Desk {
-    let table = TableConfig { states_max: 1000, bytes_max: 1 << 20, adopt_after_cycles };
+/// Notes what it is asked to do; has no table before it is waited for.
+#[derive(Default)]
+struct Noting {
+    calls: Vec<(&'static str, u64)>,
+}
+
+impl Noting {
+    fn note(&mut self, call: &'static str, request: &TableRequest) {
+        self.calls.push((call, request.number));
+    }
+
+    fn take(&mut self) -> Vec<(&'static str, u64)> {
+        std::mem::take(&mut self.calls)
+    }
+}
+
+impl TableBuilder for Noting {
+    fn start(&mut self, request: &TableRequest) {
+        self.note("start", request);
+    }
+
+    fn ready(&mut self, request: &TableRequest) -> Option<TableEnd> {
+        self.note("ready", request);
+        None
+    }
+
+    fn wait(&mut self, request: &TableRequest) -> TableEnd {
+        self.note("wait", request);
+        BuildInPlace.wait(request)
+    }
+}
+
+/// A desk that uses tables.
+fn desk_with_tables(adoption: Adoption) -> Desk {
+    let table = TableConfig { states_max: 1000, bytes_max: 1 << 20, adopt_after_cycles: 0 };
     let mut desk = Desk::with(TOWER, &PlannerConfig { table, ..config() });
-    let mut first = scene(&[]);
-    first.cause.cycle = 1;
-    desk.plan(&first);
+    desk.replanner = desk.replanner.adopting(adoption);
     desk
 }
 
+fn at_cycle(cycle: u64, scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.cause.cycle = cycle;
+    scene
+}
+
 #[test]
-fn a_table_is_taken_over_at_its_cycle_and_answers_from_then_on() {
-    let mut desk = desk_with_request(3);
-    let due = |desk: &Desk| [1, 3, 4, 9].map(|cycle| desk.replanner.is_table_due(cycle));
-    assert_eq!(due(&desk), [None, None, Some(true), Some(true)]);
-    let mut tables = TableBuilder::default();
-    let request = desk.replanner.pending().unwrap().clone();
-    tables.start(&request);
-    // A checkpoint from before, and a builder that has not been told anything: the same end.
-    let (before, mut restarted) = (desk.replanner.clone(), TableBuilder::default());
-    let n_states = |end: &TableEnd| {
-        let TableEnd::Built(table) = end else { panic!("{end:?}") };
-        table.n_states()
+fn a_table_is_waited_for_at_its_cycle_and_answers_from_then_on() {
+    let mut desk = desk_with_tables(Adoption::AfterCycles(3));
+    let (tower, mut tables) = (scene(&[]), Noting::default());
+    let cycle = |desk: &mut Desk, tables: &mut Noting, cycle: u64, scene: &Scene| {
+        let message = desk.cycle(&at_cycle(cycle, scene), Deadlines::NONE, tables);
+        (message, tables.take())
     };
-    let end = tables.result(&request, true).unwrap();
-    let again = restarted.result(before.pending().unwrap(), true).unwrap();
-    assert_eq!(n_states(&end), n_states(&again));
-    desk.replanner.adopt(end);
-    assert!(desk.replanner.pending().is_none());
-    assert_eq!(due(&desk), [None; 4]);
+    let (first, calls) = cycle(&mut desk, &mut tables, 1, &tower);
+    assert_eq!((first.source, calls), (Some(PlanSource::Search), vec![("start", 1)]));
+    let (_, calls) = cycle(&mut desk, &mut tables, 3, &tower);
+    assert_eq!(calls, [("start", 1)], "a restarted builder hears of it again");
     let disturbed = scene(&[["a", "c"]]);
-    let replan = desk.replanner.replan(&disturbed, &desk.goal, &desk.failures);
-    assert_eq!((replan.rung, replan.expansions), (Some(Rung::Table), 0));
-    let PlanVerdict::Plan { steps, cost: 6 } = replan.verdict else { panic!("{replan:?}") };
-    desk.check_reaches(&disturbed, &steps);
+    let restarted = &mut desk.replanner.clone();
+    let (answer, calls) = cycle(&mut desk, &mut tables, 4, &disturbed);
+    assert_eq!(calls, [("wait", 1)], "the table is there: no other is wanted");
+    assert_eq!((answer.source, answer.expansions), (Some(PlanSource::Table), 0));
+    let PlanVerdict::Plan { steps, cost: 6 } = &answer.verdict else { panic!("{answer:?}") };
+    desk.check_reaches(&disturbed, steps);
     assert_eq!(desk.n_calls(), 1);
+    // From the checkpoint before, whoever misses the cycle itself decides the same later.
+    std::mem::swap(&mut desk.replanner, restarted);
+    let (again, _) = cycle(&mut desk, &mut tables, 9, &disturbed);
+    assert_eq!(again.verdict, answer.verdict);
 }
 
 #[test]
 fn in_real_time_a_table_is_taken_over_when_it_is_ready() {
-    let desk = desk_with_request(3);
-    let replanner = desk.replanner.adopting(Adoption::WhenReady);
-    assert_eq!(replanner.is_table_due(1), Some(false));
-    let request = replanner.pending().unwrap();
-    let mut tables = TableBuilder::default();
-    let end = std::iter::repeat_with(|| tables.result(request, false)).find_map(|end| end);
-    assert!(matches!(end, Some(TableEnd::Built(_))), "{end:?}");
+    let mut desk = desk_with_tables(Adoption::WhenReady);
+    let mut tables = Noting::default();
+    desk.cycle(&at_cycle(1, &scene(&[])), Deadlines::NONE, &mut tables);
+    desk.cycle(&at_cycle(9, &scene(&[])), Deadlines::NONE, &mut tables);
+    assert_eq!(tables.take(), [("start", 1), ("ready", 1), ("start", 1)]);
+    let disturbed = at_cycle(10, &scene(&[["a", "c"]]));
+    let answer = desk.cycle(&disturbed, Deadlines::NONE, &mut BuildInPlace);
+    assert_eq!(answer.source, Some(PlanSource::Table));
+}
+
+#[test]
+fn time_spent_is_copied_and_decides_nothing() {
+    let mut desk = Desk::new(TOWER);
+    let calls = AtomicU32::new(0);
+    let spent = || {
+        let n = u64::from(calls.fetch_add(1, Ordering::Relaxed));
+        Spent { cpu_ns: 10 * n, wall_ns: 2_000 * n * n }
+    };
+    let scene = scene(&[]);
+    let query = ReplanQuery { scene: &scene, goal: &desk.goal, failures: &desk.failures };
+    let message = desk.replanner.plan(query, Deadlines::NONE, &spent, &mut BuildNever);
+    assert_eq!(message.observe, Spent { cpu_ns: 10, wall_ns: 2_000 });
+    assert_eq!(message.decide, Spent { cpu_ns: 10, wall_ns: 6_000 });
+    assert_eq!(message.plan_us, 18);
 }
 
 /// Answers only while nobody interrupts.
@@ -378,10 +447,9 @@ fn in_real_time_a_table_is_taken_over_when_it_is_ready() {
 struct Impatient;
 
 impl Planner for Impatient {
-    fn plan(&self, query: &PlanQuery<'_>) -> Answer {
-        assert!((query.interrupt)());
-        let outcome = Outcome::OutOfBudget { limit: "deadline_ms", value: 0 };
-        Answer { outcome, statistics: Statistics::default() }
+    fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer {
+        assert!((query.deadlines.hard)());
+        PlanAnswer { outcome: Outcome::Interrupted, statistics: Statistics::default() }
     }
 }
 
@@ -392,13 +460,11 @@ fn a_search_that_was_interrupted_is_tried_again_in_the_same_state() {
     let patient = desk.replanner.clone();
     desk.replanner =
         Replanner::new(Arc::clone(&desk.domain), Arc::new(Impatient), &config(), Vec::new());
-    desk.replanner.observe(&table, &desk.goal);
     for _ in 0..2 {
-        let patience = Patience { hurry: &|| true, interrupt: &|| true };
-        let decided = desk.replanner.decide(&table, &desk.goal, &desk.failures, patience);
-        assert_eq!(decided.rung, Some(Rung::Search));
-        let verdict = desk.replanner.verdict(decided.end);
-        assert!(matches!(verdict, PlanVerdict::OutOfBudget { .. }), "{verdict:?}");
+        let passed = Deadlines { soft: &|| true, hard: &|| true };
+        let message = desk.cycle(&table, passed, &mut BuildNever);
+        assert_eq!(message.source, Some(PlanSource::Search));
+        assert!(matches!(message.verdict, PlanVerdict::OutOfBudget { .. }), "{message:?}");
     }
     desk.replanner = patient;
     assert_eq!(desk.plan(&table).len(), 4);
@@ -434,11 +500,9 @@ fn a_plan_that_does_not_work_is_refused_by_its_step() {
 fn in_a_hurry_any_plan_will_do() {
     let disturbed = scene(&[["c", "b"], ["b", "a"]]);
     let mut desk = Desk::new(TOWER);
-    desk.replanner.observe(&disturbed, &desk.goal);
-    let patience = Patience { hurry: &|| true, interrupt: &|| false };
-    let decided = desk.replanner.decide(&disturbed, &desk.goal, &desk.failures, patience);
-    let Some(LadderEnd::Plan(rest)) = &decided.end else { panic!("{decided:?}") };
-    assert!(!rest.proven_optimal);
-    let PlanVerdict::Plan { steps, .. } = desk.replanner.verdict(decided.end) else { panic!() };
+    let hurry = Deadlines { soft: &|| true, hard: &|| false };
+    let message = desk.cycle(&disturbed, hurry, &mut BuildNever);
+    assert_eq!(message.source, Some(PlanSource::Search));
+    let PlanVerdict::Plan { steps, .. } = message.verdict else { panic!("{message:?}") };
     desk.check_reaches(&disturbed, &steps);
 }

@@ -1,8 +1,8 @@
 //! Dispatched steps with what they change.
 
 use super::WireError;
+use super::context::WireContext;
 use super::plan::{call_to_wire, fact_from_wire, step_from_wire, step_to_wire};
-use super::task::WireContext;
 use crate::messages::{Dispatch, Effects};
 use crate::pddl::Atom;
 use crate::transport::wire::{DispatchRecord, StepRecord, StreamHeader};

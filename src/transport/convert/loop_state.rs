@@ -1,6 +1,6 @@
 //! What steers the loop and what tells how it fares: requests, decisions, health.
 
-use super::task::WireContext;
+use super::context::WireContext;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, flag, single};
 use crate::messages::{ActorHealth, AnswerKind, Control, DecisionMessage, Stop};

@@ -1,5 +1,6 @@
 //! Wire ↔ core. Whatever comes from shared memory is checked here, once, and never trusted before.
 
+mod context;
 mod device;
 mod dispatch;
 mod loop_state;
@@ -14,6 +15,7 @@ use std::fmt::Display;
 
 use thiserror::Error;
 
+pub use context::WireContext;
 pub use device::{
     FrameView, RgbFrame, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
     device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
@@ -29,7 +31,7 @@ pub use report::{
     end_from_wire, end_to_wire, event_from_wire, event_to_wire, run_from_wire, run_to_wire,
 };
 pub use task::{
-    WireContext, goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
+    goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,
     scene_to_wire,
 };
 

@@ -1,9 +1,9 @@
 //! Plans and their steps.
 
 use super::WireError;
-use super::task::WireContext;
+use super::context::WireContext;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
-use crate::messages::{PlanMessage, PlanVerdict, Rung, Spent};
+use crate::messages::{PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Atom, Name, Step};
 use crate::transport::wire::{ARGS_MAX, NameText, StepRecord, TaskHeader};
 
@@ -20,7 +20,7 @@ pub fn plan_to_wire(
 ) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
     let mut header = context.header(&plan.cause);
     header.stage_us = [plan.plan_us, 0];
-    header.rung = rung_to_wire(plan.rung);
+    header.source = source_to_wire(plan.source);
     header.expansions = plan.expansions;
     header.observe_ns = [plan.observe.cpu_ns, plan.observe.wall_ns];
     header.decide_ns = [plan.decide.cpu_ns, plan.decide.wall_ns];
@@ -95,7 +95,7 @@ pub fn plan_from_wire(
     Ok(PlanMessage {
         cause,
         verdict,
-        rung: rung_from_wire(header.rung)?,
+        source: source_from_wire(header.source)?,
         expansions: header.expansions,
         plan_us: header.stage_us[0],
         observe: spent(header.observe_ns),
@@ -103,16 +103,16 @@ pub fn plan_from_wire(
     })
 }
 
-fn rung_to_wire(rung: Option<Rung>) -> u32 {
-    let place = rung.and_then(|rung| Rung::ALL.iter().position(|known| *known == rung));
+fn source_to_wire(source: Option<PlanSource>) -> u32 {
+    let place = source.and_then(|source| PlanSource::ALL.iter().position(|known| *known == source));
     place.and_then(|place| u32::try_from(place + 1).ok()).unwrap_or(0)
 }
 
-fn rung_from_wire(value: u32) -> Result<Option<Rung>, WireError> {
+fn source_from_wire(value: u32) -> Result<Option<PlanSource>, WireError> {
     let Some(place) = value.checked_sub(1) else { return Ok(None) };
-    let rung = Rung::ALL.get(place as usize).copied();
-    let known = || WireError::new("rung", format!("0 to {}", Rung::ALL.len()), value);
-    rung.map(Some).ok_or_else(known)
+    let source = PlanSource::ALL.get(place as usize).copied();
+    let known = || WireError::new("source", format!("0 to {}", PlanSource::ALL.len()), value);
+    source.map(Some).ok_or_else(known)
 }
 
 /// An object that nobody has seen travels as a step without arguments.

@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::WireError;
-use super::task::WireContext;
+use super::context::WireContext;
 use super::text::is_pddl_name;
 use crate::messages::{
     Counts, Deviation, EpisodeEnd, Event, EventMessage, ReplanCause, RunDescriptor, Verdict,

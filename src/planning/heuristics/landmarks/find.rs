@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use super::bits::{self, Rows};
-use crate::planning::heuristics::graph::{GOAL, Graph, TRUE};
+use crate::planning::heuristics::relaxed_task::{GOAL, RelaxedTask, TRUE};
 
 /// Most words that the fixpoint may touch; tasks that need more are searched without landmarks.
 const WORDS_MAX: u64 = 50_000_000;
@@ -18,7 +18,7 @@ pub(super) struct NodeLandmarks {
 
 impl NodeLandmarks {
     /// Those of a state; none when the goal is out of reach or too much would have to be looked at.
-    pub(super) fn find(graph: &Graph, state: &[u64]) -> Option<Self> {
+    pub(super) fn find(graph: &RelaxedTask, state: &[u64]) -> Option<Self> {
         let n = graph.n_nodes;
         let words = bits::n_words(n) as u64;
         if words * n as u64 > WORDS_MAX {
@@ -99,7 +99,7 @@ impl NodeLandmarks {
     }
 
     /// The literals that every plan makes true, as nodes in rising order.
-    pub(super) fn of_goal(&self, graph: &Graph) -> Vec<u32> {
+    pub(super) fn of_goal(&self, graph: &RelaxedTask) -> Vec<u32> {
         let nodes = bits::members(self.rows.get(GOAL as usize)).map(|node| node as u32);
         nodes.filter(|&n| n != TRUE && graph.literals[n as usize].is_some()).collect()
     }

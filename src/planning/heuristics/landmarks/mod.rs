@@ -8,10 +8,8 @@ mod bits;
 mod find;
 mod orders;
 
-use super::Prepared;
-use super::graph::NONE;
-use crate::planning::task::Task;
-use crate::planning::task::formula::bit;
+use super::relaxed_task::{NONE, RelaxedTask};
+use crate::planning::task::bit;
 use find::NodeLandmarks;
 use orders::Orders;
 
@@ -29,8 +27,7 @@ pub(in crate::planning) struct Landmarks {
 impl Landmarks {
     /// The landmarks of plans from a state; none where the fixpoint would take too long or the
     /// goal is out of reach.
-    pub(in crate::planning) fn new(task: &Task, state: &[u64]) -> Option<Self> {
-        let graph = Prepared::graph(task);
+    pub(in crate::planning) fn new(graph: &RelaxedTask, state: &[u64]) -> Option<Self> {
         let found = NodeLandmarks::find(graph, state)?;
         let nodes = found.of_goal(graph);
         let orders = orders::orders(graph, &found, &nodes);

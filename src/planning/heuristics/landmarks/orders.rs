@@ -8,7 +8,7 @@
 
 use super::bits::{self, Rows};
 use super::find::NodeLandmarks;
-use crate::planning::heuristics::graph::{GOAL, Graph, NONE};
+use crate::planning::heuristics::relaxed_task::{GOAL, NONE, RelaxedTask};
 
 /// Orders between landmarks, by their numbers.
 pub(super) struct Orders {
@@ -21,7 +21,7 @@ pub(super) struct Orders {
 }
 
 /// Finds the orders of landmarks, given as nodes.
-pub(super) fn orders(graph: &Graph, found: &NodeLandmarks, landmarks: &[u32]) -> Orders {
+pub(super) fn orders(graph: &RelaxedTask, found: &NodeLandmarks, landmarks: &[u32]) -> Orders {
     let n = landmarks.len();
     let mut number = vec![NONE; graph.n_nodes];
     for (idx, &node) in (0..).zip(landmarks) {
@@ -60,13 +60,13 @@ struct Scratch {
 }
 
 impl Scratch {
-    fn new(graph: &Graph) -> Self {
+    fn new(graph: &RelaxedTask) -> Self {
         let n = graph.n_nodes;
         Self { n_asking: vec![0; n], on_the_way: vec![0; bits::n_words(n)] }
     }
 
     /// The nodes in the tail of every edge that can be the first to reach `node`.
-    fn asked_by_all(&mut self, graph: &Graph, found: &NodeLandmarks, node: u32) -> Vec<u32> {
+    fn asked_by_all(&mut self, graph: &RelaxedTask, found: &NodeLandmarks, node: u32) -> Vec<u32> {
         let mut n_ways = 0;
         let mut seen = Vec::new();
         for &edge in graph.reached_by.get(node) {
@@ -99,7 +99,7 @@ impl Scratch {
 }
 
 /// The literals that must hold for all of these nodes to be reached, as nodes.
-fn literals(graph: &Graph, nodes: &[u32], out: &mut Vec<u32>) {
+fn literals(graph: &RelaxedTask, nodes: &[u32], out: &mut Vec<u32>) {
     for &node in nodes {
         if graph.literals[node as usize].is_some() {
             out.push(node);

@@ -4,8 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::variables::Variables;
-use crate::planning::task::formula::Formula;
-use crate::planning::task::{Operator, Task};
+use crate::planning::task::{Formula, Operator, Task};
 
 /// Abstract state from which the goal cannot be reached.
 const DEAD: u64 = u64::MAX;

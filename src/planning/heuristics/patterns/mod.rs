@@ -14,8 +14,7 @@ mod variables;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Heuristic;
-use crate::planning::task::Task;
-use crate::planning::task::formula::Formula;
+use crate::planning::task::{Formula, Task};
 use database::{Database, n_states};
 use variables::Variables;
 

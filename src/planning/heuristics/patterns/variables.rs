@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::planning::mutex::MutexGroups;
-use crate::planning::task::Task;
-use crate::planning::task::formula::bit;
+use crate::planning::task::{Task, bit};
 
 /// Variables of a task. An atom may belong to several: where a block is and what lies below it.
 #[derive(Debug)]

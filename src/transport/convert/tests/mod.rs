@@ -13,7 +13,8 @@ use crate::geometry::{Aabb, CameraModel, Intrinsics, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{
     Command, CommandKind, Dispatch, Effects, Expect, Frame, GoalMessage, GoalUpdate, Motion,
-    PlanMessage, PlanVerdict, RobotState, Rung, Spent, Status, StatusKind, StepOutcome, Waypoint,
+    PlanMessage, PlanSource, PlanVerdict, RobotState, Spent, Status, StatusKind, StepOutcome,
+    Waypoint,
 };
 use crate::pddl::{Atom, Name, SourceText, Step, Typed, parse_goal};
 use crate::run::DomainFolder;
@@ -183,13 +184,13 @@ fn verdicts() -> impl Strategy<Value = PlanVerdict> {
 prop_compose! {
     fn plans()(
         verdict in verdicts(),
-        rung in prop::option::of(prop::sample::select(Rung::ALL.to_vec())),
+        source in prop::option::of(prop::sample::select(PlanSource::ALL.to_vec())),
         (plan_us, expansions) in any::<(u32, u64)>(),
         [a, b, c, d] in any::<[u64; 4]>(),
     ) -> PlanMessage {
         let observe = Spent { cpu_ns: a, wall_ns: b };
         let decide = Spent { cpu_ns: c, wall_ns: d };
-        PlanMessage { cause: CAUSE, verdict, rung, expansions, plan_us, observe, decide }
+        PlanMessage { cause: CAUSE, verdict, source, expansions, plan_us, observe, decide }
     }
 }
 

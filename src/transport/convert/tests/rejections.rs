@@ -161,7 +161,7 @@ fn plans_and_outcomes_out_of_range_are_rejected() {
     type Change = fn(&mut TaskHeader, &mut StepRecord);
     let cases: [(&str, Change); 10] = [
         ("plan verdict", |h, _| h.verdict = 7),
-        ("rung", |h, _| h.rung = 9),
+        ("source", |h, _| h.source = 9),
         ("predicate", |h, _| h.verdict = 6),
         ("predicate", |h, r| (h.verdict, r.action.bytes[0]) = (6, 0xff)),
         ("fact arguments", |h, r| {

@@ -4,26 +4,32 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 
-use super::TableEnd;
-use super::replanner::TableRequest;
+use crate::replanning::{TableBuilder, TableEnd, TableRequest};
 
-/// Builds one table at a time. Dropped, it tells its thread to stop.
+/// A thread for the request that is carried out, if any. Dropped, it tells its thread to stop.
 #[derive(Debug, Default)]
-pub struct TableBuilder {
+pub(super) struct TableThread {
     running: Option<Running>,
 }
 
 #[derive(Debug)]
 struct Running {
-    /// The request that is carried out.
+    /// Number of the request that is carried out.
     number: u64,
     cancelled: Arc<AtomicBool>,
     result: Receiver<TableEnd>,
 }
 
-impl TableBuilder {
-    /// Starts to carry out a request, unless that is under way already.
-    pub fn start(&mut self, request: &TableRequest) {
+impl TableThread {
+    fn cancel(&mut self) {
+        if let Some(running) = self.running.take() {
+            running.cancelled.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl TableBuilder for TableThread {
+    fn start(&mut self, request: &TableRequest) {
         if self.running.as_ref().is_some_and(|running| running.number == request.number) {
             return;
         }
@@ -44,30 +50,27 @@ impl TableBuilder {
         }
     }
 
-    /// The result of a request; with `wait`, whenever it comes. Without a thread the work is done
-    /// here, if it is waited for.
-    pub fn result(&mut self, request: &TableRequest, wait: bool) -> Option<TableEnd> {
+    fn ready(&mut self, request: &TableRequest) -> Option<TableEnd> {
         self.start(request);
-        let Some(running) = &self.running else {
-            return wait.then(|| request.job.run(&|| false));
-        };
-        let result = if wait { running.result.recv().ok() } else { running.result.try_recv().ok() };
-        // A thread that died has said why; the same work would kill this one as well.
-        let result = if wait { Some(result.unwrap_or(TableEnd::Interrupted)) } else { result };
-        if result.is_some() {
+        let end = self.running.as_ref()?.result.try_recv().ok();
+        if end.is_some() {
             self.running = None;
         }
-        result
+        end
     }
 
-    fn cancel(&mut self) {
-        if let Some(running) = self.running.take() {
-            running.cancelled.store(true, Ordering::Relaxed);
+    /// Without a thread the work is done here.
+    fn wait(&mut self, request: &TableRequest) -> TableEnd {
+        self.start(request);
+        match self.running.take() {
+            // A thread that died has said why; the same work would kill this one as well.
+            Some(running) => running.result.recv().unwrap_or(TableEnd::Interrupted),
+            None => request.job.run(&|| false),
         }
     }
 }
 
-impl Drop for TableBuilder {
+impl Drop for TableThread {
     fn drop(&mut self) {
         self.cancel();
     }

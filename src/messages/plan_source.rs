@@ -1,13 +1,14 @@
-//! Names of the ladder's rungs, and when an old plan may be kept.
+//! Who a plan comes from, and when an old plan may be kept.
 
 use std::fmt;
 
 use serde::Deserialize;
 
-/// Which rung of the ladder gave an answer, from the cheapest to the dearest.
+/// Which source of the plan-reuse cascade gave an answer, from the cheapest to the dearest. Its names
+/// are the values of `planner.rungs`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Rung {
+pub enum PlanSource {
     /// The observed facts exclude each other: there is nothing to plan from. Always switched on.
     #[serde(skip_deserializing)]
     Mutex,
@@ -17,9 +18,9 @@ pub enum Rung {
     /// Nothing has changed since the last answer. Always switched on.
     #[serde(skip_deserializing)]
     Unchanged,
-    /// The state lies on the trajectory of the followed plan.
+    /// The state lies on the trajectory of the current plan.
     Trajectory,
-    /// A rest of the followed plan leads from the state to the goal.
+    /// A suffix of the current plan leads from the state to the goal.
     Suffix,
     /// The goal-rooted distance table knows the state.
     Table,
@@ -29,8 +30,8 @@ pub enum Rung {
     Improve,
 }
 
-impl Rung {
-    /// Every rung, in the order in which they are climbed.
+impl PlanSource {
+    /// Every source, in the order in which they are asked.
     pub const ALL: [Self; 8] = [
         Self::Mutex,
         Self::Goal,
@@ -57,13 +58,13 @@ impl Rung {
     }
 }
 
-impl fmt::Display for Rung {
+impl fmt::Display for PlanSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-/// When the followed plan, or a rest of it, is kept.
+/// When the current plan, or a suffix of it, is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {

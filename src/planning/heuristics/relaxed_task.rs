@@ -6,8 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::planning::task::Task;
-use crate::planning::task::formula::{Formula, bit};
+use crate::planning::task::{Formula, Task, bit};
 
 /// Stands for no node, no action, no edge.
 pub(super) const NONE: u32 = u32::MAX;
@@ -50,9 +49,9 @@ impl Lists {
     }
 }
 
-/// The graph of a task.
+/// The delete relaxation of a task.
 #[derive(Debug, Clone)]
-pub(super) struct Graph {
+pub(in crate::planning) struct RelaxedTask {
     pub(super) n_nodes: usize,
     /// What must be reached before an edge, never empty.
     pub(super) tails: Lists,
@@ -208,9 +207,9 @@ impl Builder {
     }
 }
 
-impl Graph {
+impl RelaxedTask {
     /// The graph of a task.
-    pub(super) fn new(task: &Task) -> Self {
+    pub(in crate::planning) fn new(task: &Task) -> Self {
         Self::restricted(task, 0..task.operators.len() as u32, &task.goal)
     }
 

@@ -2,8 +2,8 @@
 //!
 //! They are 32 bits wide, for speed, and saturate: never more than they should be.
 
-use super::graph::{GOAL, Graph, NONE};
 use super::queue::Queue;
+use super::relaxed_task::{GOAL, NONE, RelaxedTask};
 
 /// Cost of a node that is not reached.
 const UNREACHED: u32 = u32::MAX;
@@ -31,7 +31,7 @@ struct Pending {
 
 /// The costs of all nodes for the state looked at last.
 pub(super) struct Relaxation<'a> {
-    pub(super) graph: &'a Graph,
+    pub(super) graph: &'a RelaxedTask,
     combine: Combine,
     edge_costs: Vec<u32>,
     cost: Vec<u32>,
@@ -49,7 +49,7 @@ pub(super) struct Relaxation<'a> {
 
 impl<'a> Relaxation<'a> {
     /// `costs` are the actions' costs.
-    pub(super) fn new(graph: &'a Graph, costs: &[u64], combine: Combine) -> Self {
+    pub(super) fn new(graph: &'a RelaxedTask, costs: &[u64], combine: Combine) -> Self {
         let tails = (0..graph.n_edges() as u32).map(|edge| graph.tails.get(edge));
         let fresh: Vec<Pending> =
             tails.map(|tail| Pending { cost: 0, n_missing: tail.len() as u32 }).collect();

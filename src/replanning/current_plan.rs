@@ -1,24 +1,23 @@
-//! The plan that is followed: which states it passes, and from which others a rest of it works.
+//! The current plan: which states it passes, and from which others a suffix of it works.
 
 use std::sync::Arc;
 
-use crate::planning::task::state::StateStore;
-use crate::planning::task::{Operator, Task};
+use crate::planning::{LiteralMask, Operator, StateRegistry, Task};
 
-/// Most operators applied on trial while one state is looked at. Regression needs none; a rest that
+/// Most operators applied on trial while one state is looked at. Regression needs none; a suffix that
 /// has to be tried costs its length, and there are as many rests as steps.
 const TRIALS_MAX: usize = 20_000;
 
 /// A plan with what is needed to tell in no time whether a state lies on it.
 #[derive(Debug)]
-pub(super) struct Followed {
+pub(super) struct CurrentPlan {
     pub(super) operators: Arc<[u32]>,
     /// Penalised costs of the operators when the plan was made.
     pub(super) costs: Arc<[u64]>,
     /// Whether no plan from the first state costs less, penalties included.
     pub(super) proven_optimal: bool,
-    /// Cost of each rest, without penalties and with them; one more than operators.
-    pub(super) rest_costs: Vec<(u64, u64)>,
+    /// Cost of each suffix, without penalties and with them; one more than operators.
+    pub(super) suffix_costs: Vec<(u64, u64)>,
     trajectory: Option<Trajectory>,
     suffixes: Suffixes,
 }
@@ -26,24 +25,24 @@ pub(super) struct Followed {
 /// The states that the plan passes.
 #[derive(Debug)]
 struct Trajectory {
-    states: StateStore,
+    states: StateRegistry,
     /// Where the plan passes each of them for the last time.
-    places: Vec<u32>,
+    memos: Vec<u32>,
 }
 
-/// What must hold for a rest of the plan to lead to the goal, as far back as that is a conjunction.
+/// What must hold for a suffix of the plan to lead to the goal, as far back as that is a conjunction.
 #[derive(Debug)]
 struct Suffixes {
     words: usize,
-    /// The first rest that has a condition.
+    /// The first suffix that has a condition.
     first: usize,
-    /// (bits that matter, their wanted values) of each word, rest by rest, from the last one on.
+    /// (bits that matter, their wanted values) of each word, suffix by suffix, from the last one on.
     conditions: Vec<(u64, u64)>,
 }
 
-/// Whether a rest of the plan works.
+/// Whether a suffix of the plan works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RestFound {
+pub(super) enum SuffixFound {
     /// The one that starts with this step: the shortest of all.
     At(usize),
     /// None does.
@@ -52,7 +51,7 @@ pub(super) enum RestFound {
     Unsupported,
 }
 
-impl Followed {
+impl CurrentPlan {
     /// A plan; `start` is the state that it was made for, where it is known.
     pub(super) fn new(
         task: &Task,
@@ -61,33 +60,33 @@ impl Followed {
         costs: Arc<[u64]>,
         proven_optimal: bool,
     ) -> Self {
-        let mut rest_costs = vec![(0_u64, 0_u64); operators.len() + 1];
+        let mut suffix_costs = vec![(0_u64, 0_u64); operators.len() + 1];
         for (idx, &operator) in operators.iter().enumerate().rev() {
-            let (plain, penalised) = rest_costs[idx + 1];
+            let (plain, penalised) = suffix_costs[idx + 1];
             let operator = operator as usize;
-            rest_costs[idx] = (
-                plain.saturating_add(task.operators[operator].cost),
+            suffix_costs[idx] = (
+                plain.saturating_add(task.operators()[operator].cost()),
                 penalised.saturating_add(costs[operator]),
             );
         }
         let trajectory = start.map(|start| Trajectory::new(task, start, &operators));
         let suffixes = Suffixes::new(task, &operators);
-        Self { operators, costs, proven_optimal, rest_costs, trajectory, suffixes }
+        Self { operators, costs, proven_optimal, suffix_costs, trajectory, suffixes }
     }
 
     /// The step that is next in this state, when the plan passes it.
     pub(super) fn on_trajectory(&self, state: &[u64]) -> Option<usize> {
         let trajectory = self.trajectory.as_ref()?;
         let number = trajectory.states.find(state)?;
-        Some(trajectory.places[number as usize] as usize)
+        Some(trajectory.memos[number as usize] as usize)
     }
 
-    /// The shortest rest that leads from this state to the goal.
-    pub(super) fn valid_rest(&self, task: &Task, state: &[u64]) -> RestFound {
+    /// The shortest suffix that leads from this state to the goal.
+    pub(super) fn valid_suffix(&self, task: &Task, state: &[u64]) -> SuffixFound {
         let n_steps = self.operators.len();
         let first = self.suffixes.first.min(n_steps);
         if let Some(at) = (first..n_steps).rev().find(|&at| self.suffixes.hold(at, state)) {
-            return RestFound::At(at);
+            return SuffixFound::At(at);
         }
         let mut trials = 0;
         let (mut now, mut after) = (Vec::new(), Vec::new());
@@ -101,24 +100,24 @@ impl Followed {
                 if step >= self.suffixes.first && self.suffixes.hold(step, &now)
                     || step == n_steps && task.is_goal(&now)
                 {
-                    return RestFound::At(at);
+                    return SuffixFound::At(at);
                 }
                 if step >= first || !self.operator(task, step).applicable(&now) {
                     break;
                 }
                 trials += 1;
                 if trials > TRIALS_MAX {
-                    return RestFound::Unsupported;
+                    return SuffixFound::Unsupported;
                 }
                 task.apply(self.operator(task, step), &now, &mut after);
                 std::mem::swap(&mut now, &mut after);
             }
         }
-        RestFound::None
+        SuffixFound::None
     }
 
     fn operator<'t>(&self, task: &'t Task, step: usize) -> &'t Operator {
-        &task.operators[self.operators[step] as usize]
+        &task.operators()[self.operators[step] as usize]
     }
 }
 
@@ -127,7 +126,7 @@ impl Followed {
 pub(super) fn leads_to_goal(task: &Task, start: &[u64], operators: &[u32]) -> Result<(), usize> {
     let (mut now, mut after) = (start.to_vec(), Vec::new());
     for (idx, &operator) in operators.iter().enumerate() {
-        let operator = &task.operators[operator as usize];
+        let operator = &task.operators()[operator as usize];
         if !operator.applicable(&now) {
             return Err(idx);
         }
@@ -139,22 +138,22 @@ pub(super) fn leads_to_goal(task: &Task, start: &[u64], operators: &[u32]) -> Re
 
 impl Trajectory {
     fn new(task: &Task, start: &[u64], operators: &[u32]) -> Self {
-        let mut states = StateStore::new(task.words);
-        let mut places = Vec::with_capacity(operators.len() + 1);
+        let mut states = StateRegistry::new(task.words());
+        let mut memos = Vec::with_capacity(operators.len() + 1);
         let (mut now, mut after) = (start.to_vec(), Vec::new());
-        for place in 0..=operators.len() {
+        for memo in 0..=operators.len() {
             let (number, is_new) = states.insert(&now);
             if is_new {
-                places.push(place as u32);
+                memos.push(memo as u32);
             } else {
-                places[number as usize] = place as u32;
+                memos[number as usize] = memo as u32;
             }
-            if let Some(&operator) = operators.get(place) {
-                task.apply(&task.operators[operator as usize], &now, &mut after);
+            if let Some(&operator) = operators.get(memo) {
+                task.apply(&task.operators()[operator as usize], &now, &mut after);
                 std::mem::swap(&mut now, &mut after);
             }
         }
-        Self { states, places }
+        Self { states, memos }
     }
 }
 
@@ -163,16 +162,15 @@ impl Suffixes {
     /// or effect is more than a conjunction.
     fn new(task: &Task, operators: &[u32]) -> Self {
         let n_steps = operators.len();
-        let mut suffixes = Self { words: task.words, first: n_steps + 1, conditions: Vec::new() };
-        let goal = if task.axioms.is_empty() { task.goal_test.literals() } else { None };
-        let Some(goal) = goal else { return suffixes };
-        let mut condition = vec![(0, 0); task.words];
+        let mut suffixes = Self { words: task.words(), first: n_steps + 1, conditions: Vec::new() };
+        let Some(goal) = task.goal_literals() else { return suffixes };
+        let mut condition = vec![(0, 0); task.words()];
         require(&mut condition, goal);
-        suffixes.conditions.reserve((n_steps + 1) * task.words);
+        suffixes.conditions.reserve((n_steps + 1) * task.words());
         suffixes.conditions.extend_from_slice(&condition);
         suffixes.first = n_steps;
         for (idx, &operator) in operators.iter().enumerate().rev() {
-            if !regress(&mut condition, &task.operators[operator as usize]) {
+            if !regress(&mut condition, &task.operators()[operator as usize]) {
                 break;
             }
             suffixes.conditions.extend_from_slice(&condition);
@@ -181,7 +179,7 @@ impl Suffixes {
         suffixes
     }
 
-    /// Whether the rest that starts with step `at` leads from a state to the goal.
+    /// Whether the suffix that starts with step `at` leads from a state to the goal.
     fn hold(&self, at: usize, state: &[u64]) -> bool {
         let n_steps = self.first + self.conditions.len() / self.words - 1;
         let from = (n_steps - at) * self.words;
@@ -193,12 +191,9 @@ impl Suffixes {
 /// What must hold before an operator for `condition` to hold after it; `false` when that is not
 /// known to be a conjunction, or cannot be.
 fn regress(condition: &mut [(u64, u64)], operator: &Operator) -> bool {
-    let Some(precondition) = operator.test.literals() else { return false };
-    if operator.changes.iter().any(|effect| !effect.test.is_empty()) {
-        return false;
-    }
-    let set = operator.changes.iter().flat_map(|effect| &effect.set);
-    for &(word, bits) in set {
+    let Some(precondition) = operator.literals() else { return false };
+    let Some((set, clear)) = operator.unconditional_changes() else { return false };
+    for (word, bits) in set {
         let (care, value) = &mut condition[word as usize];
         if *value & bits != *care & bits {
             return false;
@@ -207,8 +202,7 @@ fn regress(condition: &mut [(u64, u64)], operator: &Operator) -> bool {
         *value &= !bits;
     }
     // What is added as well was taken out above: adding wins.
-    let clear = operator.changes.iter().flat_map(|effect| &effect.clear);
-    for &(word, bits) in clear {
+    for (word, bits) in clear {
         let (care, value) = &mut condition[word as usize];
         if *value & bits != 0 {
             return false;
@@ -219,7 +213,7 @@ fn regress(condition: &mut [(u64, u64)], operator: &Operator) -> bool {
 }
 
 /// Adds literals to a condition; `false` when they contradict it.
-fn require(condition: &mut [(u64, u64)], literals: &[(u32, u64, u64)]) -> bool {
+fn require(condition: &mut [(u64, u64)], literals: &[LiteralMask]) -> bool {
     for &(word, new_care, new_value) in literals {
         let (care, value) = &mut condition[word as usize];
         if (*value ^ new_value) & *care & new_care != 0 {

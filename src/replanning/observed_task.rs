@@ -3,20 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-use super::LadderSettings;
-use super::index::Index;
+use super::CascadeSettings;
+use super::name_index::NameIndex;
 use crate::logic::Truth;
 use crate::pddl::{Atom, Condition, Domain, Name, Step, Typed};
-use crate::planning::task::ground::Kind;
-use crate::planning::task::kinds;
-use crate::planning::task::schema::Symbols;
-use crate::planning::{Coverage, MutexGroups, Task, TaskError, TaskInput};
+use crate::planning::{
+    Coverage, MutexGroups, Solver, Task, TaskError, TaskInput, static_predicates,
+};
 
 /// A ground task with what it was grounded from, and an index of its atoms.
 #[derive(Debug)]
-pub struct Ground {
-    /// The task.
-    pub task: Task,
+pub struct ObservedTask {
+    /// The task, with what searches derive from it.
+    pub(super) solver: Solver,
     /// The objects, in the order in which they were given.
     pub(super) objects: Vec<Typed>,
     /// The atoms of static predicates that hold, in order.
@@ -24,20 +23,20 @@ pub struct Ground {
     /// Predicates that no action changes and no rule derives.
     static_predicates: Vec<Name>,
     /// The task's atoms, then the static ones.
-    index: Index,
+    index: NameIndex,
     /// Static atoms, packed: all must be seen for the task to fit.
     statics_mask: Vec<u64>,
     /// The operators by their steps; made when first asked for.
-    steps: OnceLock<Index>,
+    steps: OnceLock<NameIndex>,
     /// Atoms of which at most one holds in a right state.
     groups: MutexGroups,
     /// The same as masks: (word, bits).
     group_masks: Vec<Vec<(u32, u64)>>,
 }
 
-/// What facts say, packed.
+/// A scene's facts as a packed state.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Packed {
+pub(super) struct PackedState {
     /// The state; what is not known counts as false.
     pub(super) state: Vec<u64>,
     /// Static atoms that hold.
@@ -48,14 +47,14 @@ pub(super) struct Packed {
     pub(super) inconsistent: bool,
 }
 
-impl Ground {
+impl ObservedTask {
     /// Grounds a task for every state over the objects in which the static facts are these.
     pub(super) fn new(
         domain: &Domain,
         objects: Vec<Typed>,
         statics: &BTreeSet<Atom>,
         goal: &Condition,
-        settings: &LadderSettings,
+        settings: &CascadeSettings,
     ) -> Result<Self, TaskError> {
         let limits = &settings.grounding;
         let costs = &BTreeMap::new();
@@ -69,15 +68,15 @@ impl Ground {
         };
         let task = Task::new(&input, Coverage::AllStates, limits)?;
         let statics: Vec<Atom> = statics.iter().cloned().collect();
-        let all: Vec<&Atom> = task.atoms.iter().chain(&statics).collect();
-        let index = Index::new(all.iter().map(|a| (&a.predicate, a.args.as_slice())));
+        let all: Vec<&Atom> = task.atoms().iter().chain(&statics).collect();
+        let index = NameIndex::new(all.iter().map(|a| (&a.predicate, a.args.as_slice())));
         let mut statics_mask = vec![0; statics.len().div_ceil(64)];
         (0..statics.len()).for_each(|idx| statics_mask[idx / 64] |= 1 << (idx % 64));
         let static_predicates = static_predicates(domain);
-        let groups = groups(&task, &settings.known_right);
+        let groups = groups(&task, &settings.reference_states);
         let group_masks = groups.atoms(&task).iter().map(|group| masks(group)).collect();
         Ok(Self {
-            task,
+            solver: Solver::new(task),
             objects,
             statics,
             static_predicates,
@@ -89,21 +88,26 @@ impl Ground {
         })
     }
 
+    /// The task.
+    pub(super) fn task(&self) -> &Task {
+        self.solver.task()
+    }
+
     /// Packs facts into `packed`; `false` when their static facts are not those of this task.
     ///
     /// An atom that is told more than once counts as it was told last.
     pub(super) fn pack<'f>(
         &self,
         facts: impl Iterator<Item = (&'f Atom, Truth)>,
-        packed: &mut Packed,
+        packed: &mut PackedState,
     ) -> bool {
-        let Packed { state, statics, unknowns, inconsistent } = packed;
+        let PackedState { state, statics, unknowns, inconsistent } = packed;
         state.clear();
-        state.resize(self.task.words, 0);
+        state.resize(self.task().words(), 0);
         statics.clear();
         statics.resize(self.statics_mask.len(), 0);
         *unknowns = false;
-        let n_atoms = self.task.atoms.len() as u32;
+        let n_atoms = self.task().atoms().len() as u32;
         for (atom, truth) in facts {
             *unknowns |= truth == Truth::Unknown;
             let found = self.index.find(&atom.predicate, &atom.args, |n| self.atom(n) == atom);
@@ -119,7 +123,7 @@ impl Ground {
             let (word, bit) = (&mut words[number as usize / 64], 1 << (number % 64));
             if truth.is_true() { *word |= bit } else { *word &= !bit }
         }
-        self.task.axioms.complete(state);
+        self.task().complete(state);
         *inconsistent = self.group_masks.iter().any(|group| {
             let held = group.iter().map(|&(word, bits)| state[word as usize] & bits);
             held.map(u64::count_ones).sum::<u32>() > 1
@@ -134,28 +138,32 @@ impl Ground {
         atoms.collect::<BTreeSet<Atom>>().into_iter().collect()
     }
 
-    /// The operator of a step.
+    /// The number of the operator that carries out a step.
     pub(super) fn operator(&self, step: &Step) -> Option<u32> {
-        let operators = &self.task.operators;
-        let names = operators.iter().map(|o| (&o.step.action, o.step.args.as_slice()));
-        let index = self.steps.get_or_init(|| Index::new(names));
-        index.find(&step.action, &step.args, |number| operators[number as usize].step == *step)
+        let operators = self.task().operators();
+        let names = operators.iter().map(|o| (&o.step().action, o.step().args.as_slice()));
+        let index = self.steps.get_or_init(|| NameIndex::new(names));
+        index.find(&step.action, &step.args, |number| operators[number as usize].step() == step)
     }
 
-    /// Operators as steps.
+    /// Operators by number, as steps.
     pub(super) fn steps_of(&self, operators: &[u32]) -> Vec<Step> {
-        operators.iter().map(|&o| self.task.operators[o as usize].step.clone()).collect()
+        operators.iter().map(|&o| self.task().operators()[o as usize].step().clone()).collect()
     }
 
     fn atom(&self, number: u32) -> &Atom {
-        let (number, n_atoms) = (number as usize, self.task.atoms.len());
-        if number < n_atoms { &self.task.atoms[number] } else { &self.statics[number - n_atoms] }
+        let (number, n_atoms) = (number as usize, self.task().atoms().len());
+        if number < n_atoms {
+            &self.task().atoms()[number]
+        } else {
+            &self.statics[number - n_atoms]
+        }
     }
 
     /// The facts that hold in a packed state, derived ones included.
     pub fn facts(&self, state: &[u64]) -> BTreeSet<Atom> {
         let holds = |number: &usize| state[number / 64] >> (number % 64) & 1 == 1;
-        let fluents = (0..self.task.atoms.len()).filter(holds).map(|n| &self.task.atoms[n]);
+        let fluents = (0..self.task().atoms().len()).filter(holds).map(|n| &self.task().atoms()[n]);
         fluents.chain(&self.statics).cloned().collect()
     }
 }
@@ -177,21 +185,14 @@ pub(super) fn statics_of<'f>(
     statics
 }
 
-/// Predicates that no action changes and no rule derives.
-fn static_predicates(domain: &Domain) -> Vec<Name> {
-    let symbols = Symbols::new(domain, &[]);
-    let kinds = kinds(domain, &symbols).into_iter().zip(&symbols.predicates);
-    kinds.filter(|(kind, _)| *kind == Kind::Static).map(|(_, name)| (*name).clone()).collect()
-}
-
 /// What excludes each other by what the actions do, as far as it holds in states that are right.
 /// Without any such state nothing is concluded: there may be several of what actions only move.
-fn groups(task: &Task, known_right: &[BTreeSet<Atom>]) -> MutexGroups {
-    if known_right.is_empty() {
+fn groups(task: &Task, reference_states: &[BTreeSet<Atom>]) -> MutexGroups {
+    if reference_states.is_empty() {
         return MutexGroups::default();
     }
     let groups = MutexGroups::synthesise(task);
-    known_right.iter().fold(groups, MutexGroups::hold_in)
+    reference_states.iter().fold(groups, MutexGroups::hold_in)
 }
 
 fn masks(atoms: &[u32]) -> Vec<(u32, u64)> {

@@ -4,7 +4,7 @@
 ///
 /// A state is `words` 64-bit words, one bit for each atom.
 #[derive(Debug, Clone)]
-pub(crate) struct StateStore {
+pub(crate) struct StateRegistry {
     words: usize,
     data: Vec<u64>,
     /// Open addressing; an entry is a state's number plus one, 0 when free. The length is a power
@@ -13,7 +13,7 @@ pub(crate) struct StateStore {
     n_states: usize,
 }
 
-impl StateStore {
+impl StateRegistry {
     /// An empty store for states of `words` words.
     pub(crate) fn new(words: usize) -> Self {
         Self { words, data: Vec::new(), table: vec![0; 64], n_states: 0 }
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn equal_states_get_one_number() {
-        let mut store = StateStore::new(2);
+        let mut store = StateRegistry::new(2);
         for round in 0..2 {
             for i in 0..10_000_u64 {
                 let (number, new) = store.insert(&[i % 100, i / 100]);

@@ -6,12 +6,12 @@ use crate::pddl::Name;
 ///
 /// The names stay with their owner, who tells by number whether they are the ones looked for.
 #[derive(Debug, Clone)]
-pub(super) struct Index {
+pub(super) struct NameIndex {
     /// A number plus one, 0 when free; a power of two long. Only looked up, never iterated.
     slots: Vec<u32>,
 }
 
-impl Index {
+impl NameIndex {
     /// An index of the things with the given names, numbered from 0.
     pub(super) fn new<'a>(names: impl ExactSizeIterator<Item = (&'a Name, &'a [Name])>) -> Self {
         let mut slots = vec![0_u32; (names.len() * 2).next_power_of_two().max(2)];
@@ -53,10 +53,10 @@ fn hash(head: &Name, args: &[Name]) -> u64 {
         (product as u64) ^ (product >> 64) as u64
     };
     let text = |hash: u64, name: &Name| {
-        let (words, rest) = name.as_str().as_bytes().as_chunks::<8>();
+        let (words, suffix) = name.as_str().as_bytes().as_chunks::<8>();
         let hash = words.iter().fold(hash, |hash, word| fold(hash, u64::from_le_bytes(*word)));
-        let rest = rest.iter().fold(1_u64, |word, byte| word << 8 | u64::from(*byte));
-        fold(hash, rest)
+        let suffix = suffix.iter().fold(1_u64, |word, byte| word << 8 | u64::from(*byte));
+        fold(hash, suffix)
     };
     args.iter().fold(text(FACTOR, head), text)
 }
@@ -73,7 +73,7 @@ mod tests {
             .map(|i| Atom::new("on", &[name(i / 20).as_str(), name(i % 20).as_str()]))
             .chain([Atom::new("on", &[]), Atom::new("o", &["n"]), Atom::new("", &["on"])])
             .collect();
-        let index = Index::new(atoms.iter().map(|a| (&a.predicate, a.args.as_slice())));
+        let index = NameIndex::new(atoms.iter().map(|a| (&a.predicate, a.args.as_slice())));
         let find =
             |a: &Atom| index.find(&a.predicate, &a.args, |number| atoms[number as usize] == *a);
         for (number, atom) in (0..).zip(&atoms) {

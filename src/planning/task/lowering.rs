@@ -2,41 +2,41 @@
 
 use std::collections::BTreeMap;
 
+use super::TaskError;
 use crate::logic::Universe;
 use crate::pddl::{Condition, CostTerm, Domain, Effect, Literal, Name, Term, Typed, Types};
-use crate::planning::TaskError;
 
 /// Numbers for objects and predicates.
-pub(crate) struct Symbols<'a> {
+pub(super) struct Symbols<'a> {
     /// All objects, constants first; an object's number is its place.
-    pub(crate) objects: Vec<Typed>,
+    pub(super) objects: Vec<Typed>,
     types: &'a Types,
     object_ids: BTreeMap<Name, u32>,
     /// Predicates in the domain's order.
-    pub(crate) predicates: Vec<&'a Name>,
+    pub(super) predicates: Vec<&'a Name>,
     predicate_ids: BTreeMap<&'a Name, u32>,
 }
 
 /// A variable's slot or an object's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SlotTerm {
+pub(super) enum SlotTerm {
     Slot(usize),
     Object(u32),
 }
 
 /// An atom over slots.
 #[derive(Debug, Clone)]
-pub(crate) struct SlotAtom {
-    pub(crate) predicate: u32,
-    pub(crate) args: Vec<SlotTerm>,
+pub(super) struct SlotAtom {
+    pub(super) predicate: u32,
+    pub(super) args: Vec<SlotTerm>,
 }
 
 /// Slots of quantified variables, each with the objects it ranges over.
-pub(crate) type Ranges = Vec<(usize, Vec<u32>)>;
+pub(super) type Ranges = Vec<(usize, Vec<u32>)>;
 
 /// A condition over slots; every quantifier has slots of its own, so nothing is hidden.
 #[derive(Debug, Clone)]
-pub(crate) enum SlotCondition {
+pub(super) enum SlotCondition {
     True,
     False,
     Atom(SlotAtom),
@@ -50,7 +50,7 @@ pub(crate) enum SlotCondition {
 
 /// An effect over slots.
 #[derive(Debug, Clone)]
-pub(crate) enum SlotEffect {
+pub(super) enum SlotEffect {
     And(Vec<SlotEffect>),
     Change(SlotAtom, bool),
     When(SlotCondition, Box<SlotEffect>),
@@ -59,20 +59,20 @@ pub(crate) enum SlotEffect {
     Function(Name, Vec<SlotTerm>),
 }
 
-/// An action or rule over slots; the parameters have the first slots.
+/// An action, rule or goal over slots; the parameters have the first slots.
 #[derive(Debug)]
-pub(crate) struct Schema<T> {
+pub(super) struct Lifted<T> {
     /// The objects each parameter ranges over.
-    pub(crate) params: Vec<Vec<u32>>,
+    pub(super) params: Vec<Vec<u32>>,
     /// Number of slots, parameters included.
-    pub(crate) n_slots: usize,
-    pub(crate) condition: SlotCondition,
+    pub(super) n_slots: usize,
+    pub(super) condition: SlotCondition,
     /// The effect of an action, the head of a rule.
-    pub(crate) result: T,
+    pub(super) result: T,
 }
 
 impl<'a> Symbols<'a> {
-    pub(crate) fn new(domain: &'a Domain, objects: &[Typed]) -> Self {
+    pub(super) fn new(domain: &'a Domain, objects: &[Typed]) -> Self {
         let mut all: Vec<Typed> = domain.constants.clone();
         let mut ids: BTreeMap<Name, u32> =
             all.iter().zip(0..).map(|(o, idx)| (o.name.clone(), idx)).collect();
@@ -87,11 +87,11 @@ impl<'a> Symbols<'a> {
         Self { objects: all, types: &domain.types, object_ids: ids, predicates, predicate_ids }
     }
 
-    pub(crate) fn object(&self, name: &Name) -> Option<u32> {
+    pub(super) fn object(&self, name: &Name) -> Option<u32> {
         self.object_ids.get(name).copied()
     }
 
-    pub(crate) fn predicate(&self, name: &Name) -> Option<u32> {
+    pub(super) fn predicate(&self, name: &Name) -> Option<u32> {
         self.predicate_ids.get(name).copied()
     }
 
@@ -102,42 +102,48 @@ impl<'a> Symbols<'a> {
     }
 }
 
-/// Compiles one action or rule.
-pub(crate) struct Compiler<'a> {
+/// An action schema.
+pub(super) type LiftedAction = Lifted<SlotEffect>;
+
+/// A rule; the result is the predicate of its head.
+pub(super) type LiftedRule = Lifted<u32>;
+
+/// Lowers one action, rule or goal: names become numbers, variables become slots.
+pub(super) struct Lowering<'a> {
     symbols: &'a Symbols<'a>,
     /// Visible variables, innermost last.
     scope: Vec<(Name, usize)>,
     n_slots: usize,
 }
 
-impl<'a> Compiler<'a> {
-    pub(crate) fn new(symbols: &'a Symbols<'a>) -> Self {
+impl<'a> Lowering<'a> {
+    pub(super) fn new(symbols: &'a Symbols<'a>) -> Self {
         Self { symbols, scope: Vec::new(), n_slots: 0 }
     }
 
     /// A goal: no parameters, no result.
-    pub(crate) fn goal(mut self, goal: &Condition) -> Result<Schema<()>, TaskError> {
+    pub(super) fn goal(mut self, goal: &Condition) -> Result<Lifted<()>, TaskError> {
         let condition = self.condition(goal)?;
-        Ok(Schema { params: Vec::new(), n_slots: self.n_slots, condition, result: () })
+        Ok(Lifted { params: Vec::new(), n_slots: self.n_slots, condition, result: () })
     }
 
     /// An action with its precondition and effect.
-    pub(crate) fn action(
+    pub(super) fn action(
         mut self,
         action: &crate::pddl::Action,
-    ) -> Result<Schema<SlotEffect>, TaskError> {
+    ) -> Result<LiftedAction, TaskError> {
         let params = self.enter(&action.params).into_iter().map(|(_, range)| range).collect();
         let condition = self.condition(&action.precondition)?;
         let result = self.effect(&action.effect)?;
-        Ok(Schema { params, n_slots: self.n_slots, condition, result })
+        Ok(Lifted { params, n_slots: self.n_slots, condition, result })
     }
 
     /// A rule with its body; the result is the head's predicate.
-    pub(crate) fn rule(mut self, axiom: &crate::pddl::Axiom) -> Result<Schema<u32>, TaskError> {
+    pub(super) fn rule(mut self, axiom: &crate::pddl::Axiom) -> Result<LiftedRule, TaskError> {
         let params = self.enter(&axiom.head.params).into_iter().map(|(_, range)| range).collect();
         let condition = self.condition(&axiom.body)?;
         let result = self.predicate(&axiom.head.name)?;
-        Ok(Schema { params, n_slots: self.n_slots, condition, result })
+        Ok(Lifted { params, n_slots: self.n_slots, condition, result })
     }
 
     fn enter(&mut self, variables: &[Typed]) -> Ranges {

@@ -1,4 +1,4 @@
-//! Kinds of feed: how the world changes from one scene to the next.
+//! Kinds of workload: how the world changes from one scene to the next.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
@@ -12,7 +12,7 @@ use crate::scene::{FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 /// How the world changes from one scene to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Feed {
+pub enum Workload {
     /// The first step of the plan is done.
     Progress,
     /// Somebody else does a random step; every second scene, in between the plan is followed.
@@ -25,8 +25,8 @@ pub enum Feed {
     Random,
 }
 
-impl Feed {
-    /// Its name in files.
+impl Workload {
+    /// Its value in `feeds` of stress files, and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Progress => "progress",
@@ -38,12 +38,12 @@ impl Feed {
     }
 }
 
-/// What one scene shows.
+/// What one scene shows to the planner.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct View {
     /// All objects, constants included.
     pub objects: Vec<Typed>,
-    /// What is known of them.
+    /// Facts that are known of them, and those that are unknown.
     pub facts: Facts,
     /// Whether its plan counts; scenes that only lead from one to the next do not.
     pub counts: bool,
@@ -81,31 +81,31 @@ impl View {
 
 /// Makes one view after the other. The same seed and plans give the same views.
 #[derive(Debug)]
-pub struct Feeder<'a> {
-    feed: Feed,
+pub struct WorkloadGenerator<'a> {
+    workload: Workload,
     world: World<'a>,
     /// Where walks to random states begin: in a world where not all can be undone, one long walk
     /// would end where no plan leads out.
     initial: Facts,
     walk_steps: u32,
-    dice: ChaCha8Rng,
+    rng: ChaCha8Rng,
     /// Whether the next view is a disturbed one.
     disturb: bool,
 }
 
-impl<'a> Feeder<'a> {
-    /// A feeder that starts at a random state.
+impl<'a> WorkloadGenerator<'a> {
+    /// A generator that starts at a random state.
     pub fn new(
-        feed: Feed,
+        workload: Workload,
         (domain, problem): (&'a Domain, &Problem),
         walk_steps: u32,
         seed: u64,
     ) -> Self {
-        let mut dice = ChaCha8Rng::seed_from_u64(seed);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut world = World::new(domain, problem);
         let initial = world.facts.clone();
-        world.wander(walk_steps, &mut dice);
-        Self { feed, world, initial, walk_steps, dice, disturb: false }
+        world.random_walk(walk_steps, &mut rng);
+        Self { workload, world, initial, walk_steps, rng, disturb: false }
     }
 
     /// What the world looks like now.
@@ -117,31 +117,31 @@ impl<'a> Feeder<'a> {
     /// The next view, where the newest plan begins with `next`.
     pub fn next(&mut self, next: Option<&Step>) -> View {
         self.disturb = !self.disturb;
-        match self.feed {
-            Feed::Progress => {
+        match self.workload {
+            Workload::Progress => {
                 self.follow(next);
                 View { counts: true, ..self.now() }
             }
-            Feed::Random => {
+            Workload::Random => {
                 self.start_again();
                 View { counts: true, ..self.now() }
             }
-            Feed::Deviation if self.disturb => {
-                self.world.take_any(&mut self.dice);
+            Workload::Deviation if self.disturb => {
+                self.world.take_any(&mut self.rng);
                 View { counts: true, ..self.now() }
             }
-            Feed::Flip if self.disturb => {
+            Workload::Flip if self.disturb => {
                 let mut view = self.now();
-                flip(&mut view.facts, &view.objects, &mut self.dice);
+                flip(&mut view.facts, &view.objects, &mut self.rng);
                 View { counts: true, ..view }
             }
-            Feed::Objects if self.disturb => self.without_one(),
-            Feed::Flip | Feed::Objects => {
+            Workload::Objects if self.disturb => self.without_one(),
+            Workload::Flip | Workload::Objects => {
                 self.follow(next);
                 // That it is there again is as much of a change.
                 View { counts: true, ..self.now() }
             }
-            Feed::Deviation => {
+            Workload::Deviation => {
                 self.follow(next);
                 self.now()
             }
@@ -158,12 +158,12 @@ impl<'a> Feeder<'a> {
     /// Goes to a random state.
     fn start_again(&mut self) {
         self.world.facts.clone_from(&self.initial);
-        self.world.wander(self.walk_steps, &mut self.dice);
+        self.world.random_walk(self.walk_steps, &mut self.rng);
     }
 
     fn without_one(&mut self) -> View {
         let mut view = self.now();
-        let gone = view.objects.remove(below(&mut self.dice, view.objects.len())).name;
+        let gone = view.objects.remove(below(&mut self.rng, view.objects.len())).name;
         view.facts.known.retain(|atom| !atom.args.contains(&gone));
         View { counts: true, ..view }
     }
@@ -171,13 +171,13 @@ impl<'a> Feeder<'a> {
 
 /// Changes what is known of one atom: a known one becomes unknown or false; of an unknown one it
 /// is believed that it holds for another object.
-fn flip(facts: &mut Facts, objects: &[Typed], dice: &mut ChaCha8Rng) {
+fn flip(facts: &mut Facts, objects: &[Typed], rng: &mut ChaCha8Rng) {
     let known: Vec<Atom> = facts.known.iter().cloned().collect();
     if known.is_empty() {
         return;
     }
-    let atom = known[below(dice, known.len())].clone();
-    match below(dice, 3) {
+    let atom = known[below(rng, known.len())].clone();
+    match below(rng, 3) {
         0 => facts.set(atom, Truth::False),
         1 => facts.set(atom, Truth::Unknown),
         _ => {
@@ -187,7 +187,7 @@ fn flip(facts: &mut Facts, objects: &[Typed], dice: &mut ChaCha8Rng) {
                 let alike = objects.iter().filter(|o| Some(&o.types) == types_of(&arg));
                 let alike: Vec<&Typed> = alike.collect();
                 if let (Some(last), false) = (other.args.last_mut(), alike.is_empty()) {
-                    *last = alike[below(dice, alike.len())].name.clone();
+                    *last = alike[below(rng, alike.len())].name.clone();
                 }
             }
             facts.set(other, Truth::True);

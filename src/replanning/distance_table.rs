@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use std::mem::size_of;
 use std::sync::Arc;
 
-use super::ground::Ground;
-use crate::planning::task::state::StateStore;
+use super::TableLimits;
+use super::observed_task::ObservedTask;
+use crate::planning::StateRegistry;
 
 /// Key of a state from which the goal cannot be reached; also "not known yet" while building.
 const DEAD: u64 = u64::MAX;
@@ -21,8 +22,8 @@ const INTERRUPT_EVERY: usize = 4096;
 
 /// Distances to the goal of all states that can be reached from some states.
 #[derive(Debug, Clone)]
-pub struct Table {
-    states: StateStore,
+pub struct DistanceTable {
+    states: StateRegistry,
     /// Distance of each state, in keys: see [`Keys`].
     distances: Vec<u64>,
     /// The operator to take next and the state that it leads to.
@@ -51,32 +52,23 @@ pub enum Distance {
     Dead,
 }
 
-/// Bounds of one table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TableLimits {
-    /// Most states.
-    pub states_max: usize,
-    /// Most memory while it is built, bytes.
-    pub bytes_max: usize,
-}
-
 /// The order to build or extend a table: a value, so that it can be carried out anywhere.
 #[derive(Debug, Clone)]
 pub struct TableJob {
-    pub(super) ground: Arc<Ground>,
+    pub(super) observed_task: Arc<ObservedTask>,
     pub(super) costs: Arc<[u64]>,
     /// A state that the table shall know.
     pub(super) start: Vec<u64>,
-    /// The table to extend.
-    pub(super) base: Option<Arc<Table>>,
+    /// The table to extend; left out where it was built at other costs.
+    pub(super) base: Option<Arc<DistanceTable>>,
     pub(super) limits: TableLimits,
 }
 
 /// How building a table ends.
 #[derive(Debug, Clone)]
 pub enum TableEnd {
-    /// The table.
-    Built(Arc<Table>),
+    /// With every state that can be reached from the start, and those of the table it extends.
+    Built(Arc<DistanceTable>),
     /// It would not keep within a limit: which one, and its value.
     TooLarge(&'static str, usize),
     /// Costs add up to more than 64 bits hold.
@@ -92,8 +84,8 @@ impl TableJob {
             return TableEnd::CostsTooLarge;
         };
         let base = self.base.as_deref().filter(|base| base.costs == self.costs);
-        let table = base.cloned().unwrap_or_else(|| Table {
-            states: StateStore::new(self.ground.task.words),
+        let table = base.cloned().unwrap_or_else(|| DistanceTable {
+            states: StateRegistry::new(self.observed_task.task().words()),
             distances: Vec::new(),
             next: Vec::new(),
             costs: Arc::clone(&self.costs),
@@ -136,7 +128,7 @@ impl Keys {
     }
 }
 
-impl Table {
+impl DistanceTable {
     /// How many states it knows.
     pub fn n_states(&self) -> usize {
         self.states.len()
@@ -198,7 +190,7 @@ struct Edges {
 /// A table in the making.
 struct Build<'a> {
     job: &'a TableJob,
-    table: Table,
+    table: DistanceTable,
     /// The first new state.
     first: usize,
     edges: Edges,
@@ -211,7 +203,7 @@ impl Build<'_> {
 
     /// Adds every state that can be reached from the start.
     fn explore(&mut self, interrupt: &dyn Fn() -> bool) -> Option<TableEnd> {
-        let (task, uniform) = (&self.job.ground.task, self.uniform());
+        let (task, uniform) = (self.job.observed_task.task(), self.uniform());
         self.table.states.insert(&self.job.start);
         let (mut applicable, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
         let mut number = self.first;
@@ -225,9 +217,9 @@ impl Build<'_> {
             self.edges.first.push(self.edges.targets.len() as u32);
             before.clear();
             before.extend_from_slice(self.table.states.get(number as u32));
-            task.successors.find(&task.operators, &before, &mut applicable);
+            task.applicable(&before, &mut applicable);
             for &operator in &applicable {
-                task.apply(&task.operators[operator as usize], &before, &mut after);
+                task.apply(&task.operators()[operator as usize], &before, &mut after);
                 let (target, _) = self.table.states.insert(&after);
                 self.edges.targets.push(target);
             }
@@ -303,7 +295,7 @@ impl Build<'_> {
 
     /// The distance of a new state as far as no other new state is needed to tell.
     fn seed(&self, number: usize) -> u64 {
-        let task = &self.job.ground.task;
+        let task = self.job.observed_task.task();
         if task.is_goal(self.table.states.get(number as u32)) {
             return 0;
         }
@@ -324,7 +316,7 @@ impl Build<'_> {
 
     /// Notes for each new state the first operator that lies on a cheapest way.
     fn choose(&mut self) {
-        let task = &self.job.ground.task;
+        let task = self.job.observed_task.task();
         let n_states = self.table.states.len();
         self.table.next.reserve_exact(n_states - self.first);
         let mut applicable = Vec::new();
@@ -332,16 +324,12 @@ impl Build<'_> {
             let distance = self.table.distances[number];
             let mut next = (NONE, NONE);
             if distance != 0 && distance != DEAD {
-                task.successors.find(
-                    &task.operators,
-                    self.table.states.get(number as u32),
-                    &mut applicable,
-                );
+                task.applicable(self.table.states.get(number as u32), &mut applicable);
                 let edges = self.edges.of(number - self.first).map(|(target, _)| target);
                 let mut edges = applicable.iter().copied().zip(edges);
                 let on_way = |&(operator, target): &(u32, u32)| {
-                    let rest = self.table.distances[target as usize];
-                    rest < DEAD && rest + self.key(Some(operator)) == distance
+                    let suffix = self.table.distances[target as usize];
+                    suffix < DEAD && suffix + self.key(Some(operator)) == distance
                 };
                 next = edges.find(on_way).unwrap_or(next);
             }
