@@ -10,12 +10,9 @@ use super::ActorError;
 /// A data loop: it ends only on an error, or when the actor's work is done.
 pub type Serve = Pin<Box<dyn Future<Output = Result<(), ActorError>> + Send>>;
 
-/// What the actor is told.
+/// What the actor is told: its loop has ended.
 #[derive(Debug)]
-pub enum Control {
-    /// Its loop has ended.
-    Ended(Result<(), ActorError>),
-}
+pub struct LoopEnded(Result<(), ActorError>);
 
 /// The actor around a data loop.
 #[derive(Debug, Clone, Copy)]
@@ -32,13 +29,13 @@ impl Drop for RunningLoop {
 }
 
 impl Actor for DataLoop {
-    type Msg = Control;
+    type Msg = LoopEnded;
     type State = RunningLoop;
     type Arguments = Serve;
 
     async fn pre_start(
         &self,
-        myself: ActorRef<Control>,
+        myself: ActorRef<LoopEnded>,
         serve: Serve,
     ) -> Result<RunningLoop, ActorProcessingErr> {
         let data_loop = tokio::spawn(serve);
@@ -50,7 +47,7 @@ impl Actor for DataLoop {
                 Err(error) if error.is_panic() => Err(panicked(&*error.into_panic())),
                 Err(_) => return, // aborted: the actor is gone already
             };
-            if myself.cast(Control::Ended(ended)).is_err() {
+            if myself.cast(LoopEnded(ended)).is_err() {
                 tracing::debug!("an actor was stopped before its loop ended");
             }
         });
@@ -59,8 +56,8 @@ impl Actor for DataLoop {
 
     async fn handle(
         &self,
-        myself: ActorRef<Control>,
-        Control::Ended(ended): Control,
+        myself: ActorRef<LoopEnded>,
+        LoopEnded(ended): LoopEnded,
         _: &mut RunningLoop,
     ) -> Result<(), ActorProcessingErr> {
         match ended {

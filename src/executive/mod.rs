@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::logic::Facts;
 use crate::messages::{
-    AnswerKind, Command, CommandKind, Counts, Dispatch, Event, PlanMessage, ReplanCause,
+    AnswerKind, Command, CommandKind, Dispatch, EpisodeCounts, Event, PlanMessage, ReplanCause,
     RobotState, Status, StepOutcome, Stop, Verdict,
 };
 use crate::pddl::{Domain, Name, Step};
@@ -81,7 +81,7 @@ pub struct Decision {
 #[derive(Debug, Clone, Default)]
 pub struct Executive {
     /// What is counted over the episode.
-    pub counts: Counts,
+    pub counts: EpisodeCounts,
     phase: Phase,
     /// What should be seen, if nothing but the skills changes the world.
     expected: Option<Facts>,

@@ -21,4 +21,4 @@ pub use task::{
     Dispatch, Effects, GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent, StepOutcome,
     named_objects,
 };
-pub use verdict::{AnswerKind, Counts, DecisionMessage, EpisodeEnd, Limit, Stop, Verdict};
+pub use verdict::{AnswerKind, DecisionMessage, EpisodeCounts, EpisodeEnd, Limit, Stop, Verdict};

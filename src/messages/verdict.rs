@@ -152,7 +152,7 @@ pub enum AnswerKind {
 /// What is counted over an episode.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Counts {
+pub struct EpisodeCounts {
     /// Cycles that were answered.
     pub cycles: u64,
     /// Plan switches with a cause.
@@ -177,7 +177,7 @@ pub struct EpisodeEnd {
     /// The verdict.
     pub verdict: Verdict,
     /// What was counted.
-    pub counts: Counts,
+    pub counts: EpisodeCounts,
     /// The plan that was followed, without what had been done.
     pub remaining: Vec<Step>,
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{AnsweredCycle, DecisionHash, Latency};
-use crate::messages::{AnswerKind, Counts, Verdict};
+use crate::messages::{AnswerKind, EpisodeCounts, Verdict};
 use crate::pddl::Step;
 use crate::scene::Scene;
 
@@ -13,7 +13,7 @@ pub struct EpisodeResult {
     /// The verdict.
     pub verdict: Verdict,
     /// What was counted.
-    pub counts: Counts,
+    pub counts: EpisodeCounts,
     /// What was booked.
     pub tally: EpisodeMetrics,
     /// The plan that was followed, without what had been done.

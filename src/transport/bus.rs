@@ -10,7 +10,7 @@ use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend};
 use super::TransportError;
 use super::ports::{Depth, Publisher, Service, Subscriber};
 use super::topics::Topic;
-use super::wire::Header;
+use super::wire::WireHeader;
 
 /// Where shared memory lives when nothing else is asked for, and a memory file system is there.
 const ROOT_ON_TMPFS: &str = "/dev/shm/groundloop";
@@ -79,7 +79,10 @@ impl Bus {
     ///
     /// # Errors
     /// [`TransportError::Open`] naming the topic.
-    pub fn publisher<H: Header, R>(&self, topic: &Topic) -> Result<Publisher<H, R>, TransportError>
+    pub fn publisher<H: WireHeader, R>(
+        &self,
+        topic: &Topic,
+    ) -> Result<Publisher<H, R>, TransportError>
     where
         R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
     {
@@ -92,7 +95,7 @@ impl Bus {
     /// # Errors
     /// [`TransportError::Open`] naming the topic, [`TransportError::Depth`] when it does not allow
     /// as many messages to wait.
-    pub fn subscriber<H: Header, R>(
+    pub fn subscriber<H: WireHeader, R>(
         &self,
         topic: &Topic,
         depth: Depth,

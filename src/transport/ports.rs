@@ -26,7 +26,7 @@ use tokio::task::JoinHandle;
 
 use super::TransportError;
 use super::topics::Topic;
-use super::wire::{Header, SCHEMA};
+use super::wire::{SCHEMA, WireHeader};
 use crate::clock::monotonic_ns;
 
 /// The iceoryx2 variant whose ports may move between threads.
@@ -115,7 +115,7 @@ impl Wakeups {
 }
 
 /// The writing end of a topic.
-pub struct Publisher<H: Header, R: Record> {
+pub struct Publisher<H: WireHeader, R: Record> {
     samples: Arc<SamplePublisher<Service, [R], H>>,
     notifier: Arc<Notifier<Service>>,
     handshakes: JoinHandle<()>,
@@ -123,19 +123,19 @@ pub struct Publisher<H: Header, R: Record> {
     topic: &'static str,
 }
 
-impl<H: Header, R: Record> std::fmt::Debug for Publisher<H, R> {
+impl<H: WireHeader, R: Record> std::fmt::Debug for Publisher<H, R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Publisher").field("topic", &self.topic).finish_non_exhaustive()
     }
 }
 
-impl<H: Header, R: Record> Drop for Publisher<H, R> {
+impl<H: WireHeader, R: Record> Drop for Publisher<H, R> {
     fn drop(&mut self) {
         self.handshakes.abort();
     }
 }
 
-impl<H: Header, R: Record> Publisher<H, R> {
+impl<H: WireHeader, R: Record> Publisher<H, R> {
     pub(super) fn open(
         node: &Node<Service>,
         service: &str,
@@ -195,7 +195,7 @@ impl<H: Header, R: Record> Publisher<H, R> {
 }
 
 /// Hands late joiners what the topic keeps, whenever one announces itself.
-async fn serve_late_joiners<H: Header, R: Record>(
+async fn serve_late_joiners<H: WireHeader, R: Record>(
     joins: Wakeups,
     publisher: Weak<SamplePublisher<Service, [R], H>>,
     notifier: Weak<Notifier<Service>>,
@@ -208,7 +208,7 @@ async fn serve_late_joiners<H: Header, R: Record>(
     }
 }
 
-fn connect<H: Header, R: Record>(
+fn connect<H: WireHeader, R: Record>(
     publisher: &SamplePublisher<Service, [R], H>,
     notifier: &Notifier<Service>,
     topic: &'static str,
@@ -223,9 +223,9 @@ fn connect<H: Header, R: Record>(
 
 /// One received message; a view into shared memory, valid after the writer has gone.
 #[derive(Debug)]
-pub struct Received<H: Header, R: Record>(Sample<Service, [R], H>);
+pub struct Received<H: WireHeader, R: Record>(Sample<Service, [R], H>);
 
-impl<H: Header, R: Record> Received<H, R> {
+impl<H: WireHeader, R: Record> Received<H, R> {
     /// The header, not checked yet.
     pub fn header(&self) -> &H {
         self.0.user_header()
@@ -247,7 +247,7 @@ pub struct Drops {
 }
 
 /// The reading end of a topic.
-pub struct Subscriber<H: Header, R: Record> {
+pub struct Subscriber<H: WireHeader, R: Record> {
     samples: SampleSubscriber<Service, [R], H>,
     wakeups: Wakeups,
     last: Option<(u128, u64)>,
@@ -255,7 +255,7 @@ pub struct Subscriber<H: Header, R: Record> {
     is_complete: bool,
 }
 
-impl<H: Header, R: Record> std::fmt::Debug for Subscriber<H, R> {
+impl<H: WireHeader, R: Record> std::fmt::Debug for Subscriber<H, R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Subscriber")
             .field("topic", &self.wakeups.topic)
@@ -264,7 +264,7 @@ impl<H: Header, R: Record> std::fmt::Debug for Subscriber<H, R> {
     }
 }
 
-impl<H: Header, R: Record> Subscriber<H, R> {
+impl<H: WireHeader, R: Record> Subscriber<H, R> {
     pub(super) fn open(
         node: &Node<Service>,
         service: &str,
@@ -431,7 +431,7 @@ type Samples<H, R> =
     iceoryx2::service::port_factory::publish_subscribe::PortFactory<Service, [R], H>;
 type Events = iceoryx2::service::port_factory::event::PortFactory<Service>;
 
-fn samples<H: Header, R: Record>(
+fn samples<H: WireHeader, R: Record>(
     node: &Node<Service>,
     service: &str,
     topic: &Topic,

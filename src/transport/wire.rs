@@ -24,7 +24,9 @@ pub const WAYPOINTS_MAX: usize = 16;
 pub type NameBytes = [u8; NAME_BYTES_MAX];
 
 /// Every header tells its schema, a number that grows by one per message, and when it was sent.
-pub trait Header: Copy + Default + std::fmt::Debug + ZeroCopySend + Send + Sync + 'static {
+pub trait WireHeader:
+    Copy + Default + std::fmt::Debug + ZeroCopySend + Send + Sync + 'static
+{
     /// Layout version.
     fn schema(&self) -> u32;
     /// Number of the message in its stream.
@@ -39,7 +41,7 @@ macro_rules! header {
         header!($type, |_header: &mut $type, _n_sent: u64| {});
     };
     ($type:ty, $number:expr) => {
-        impl Header for $type {
+        impl WireHeader for $type {
             fn schema(&self) -> u32 {
                 self.schema
             }

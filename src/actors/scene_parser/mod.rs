@@ -29,8 +29,8 @@ use crate::transport::topics::{
     SCENE,
 };
 use crate::transport::wire::{
-    ControlRecord, DeviceHeader, DispatchRecord, FrameHeader, Header, RobotStateRecord,
-    SceneRecord, StatusRecord, StreamHeader, TaskHeader,
+    ControlRecord, DeviceHeader, DispatchRecord, FrameHeader, RobotStateRecord, SceneRecord,
+    StatusRecord, StreamHeader, TaskHeader, WireHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Record, Subscriber, TransportError};
 
@@ -328,7 +328,7 @@ impl Ports {
 
 /// All waiting messages of a stream that were not handled before: after a restart, the topic's
 /// history comes again. What does not convert is reported and left out.
-pub(super) fn fresh<H: Header, R: Record, T>(
+pub(super) fn fresh<H: WireHeader, R: Record, T>(
     subscriber: &mut Subscriber<H, R>,
     last: &mut Option<u64>,
     convert: impl Fn(&H, &[R]) -> Result<T, WireError>,

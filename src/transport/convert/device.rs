@@ -24,7 +24,7 @@ pub(crate) const FRAME_SIDE_MAX: u32 = 8192;
 
 /// A checked RGB frame, still in shared memory.
 #[derive(Debug, Clone, Copy)]
-pub struct FrameView<'a> {
+pub struct RgbView<'a> {
     /// Columns.
     pub width: u32,
     /// Rows.
@@ -69,10 +69,10 @@ pub fn frame_header(frame: &Frame, depth: bool) -> FrameHeader {
 pub fn frame_from_wire<'a>(
     header: &FrameHeader,
     payload: &'a [u8],
-) -> Result<FrameView<'a>, WireError> {
+) -> Result<RgbView<'a>, WireError> {
     check_size(header, ENCODING_RGB8, 3, payload)?;
     let (width, height) = (header.width, header.height);
-    Ok(FrameView { width, height, rgb: payload, model: model_from_wire(header)? })
+    Ok(RgbView { width, height, rgb: payload, model: model_from_wire(header)? })
 }
 
 /// An RGB frame that has been checked, once; its pixels stay in shared memory.

@@ -17,7 +17,7 @@ use thiserror::Error;
 
 pub use context::WireContext;
 pub use device::{
-    FrameView, RgbFrame, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
+    RgbFrame, RgbView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
     device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
     status_from_wire, status_to_wire,
 };

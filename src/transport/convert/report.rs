@@ -7,7 +7,7 @@ use super::WireError;
 use super::context::WireContext;
 use super::text::is_pddl_name;
 use crate::messages::{
-    Counts, Deviation, EpisodeEnd, Event, EventMessage, ReplanCause, RunDescriptor, Verdict,
+    Deviation, EpisodeCounts, EpisodeEnd, Event, EventMessage, ReplanCause, RunDescriptor, Verdict,
 };
 use crate::pddl::{Atom, Name, SourceText, Step, parse_domain};
 use crate::transport::wire::{DeviceHeader, SCHEMA, StreamHeader};
@@ -29,7 +29,7 @@ struct EventText {
 struct EndText {
     text: String,
     end: Verdict,
-    counts: Counts,
+    counts: EpisodeCounts,
     remaining: Vec<Step>,
 }
 

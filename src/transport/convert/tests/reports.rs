@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::messages::{
-    ActorHealth, AnswerKind, Control, Counts, DecisionMessage, Deviation, EpisodeEnd, Event,
+    ActorHealth, AnswerKind, Control, DecisionMessage, Deviation, EpisodeCounts, EpisodeEnd, Event,
     EventMessage, Limit, ReplanCause, RunDescriptor, Stop, Verdict,
 };
 use crate::transport::wire::{ControlRecord, DecisionRecord, SCHEMA};
@@ -85,7 +85,7 @@ fn events_that_are_not_what_they_should_be_are_rejected() {
 #[test]
 fn a_verdict_arrives_as_it_was_sent() {
     let context = context();
-    let counts = Counts { cycles: 9, replans: 2, skills_done: 3, skills_failed: 1 };
+    let counts = EpisodeCounts { cycles: 9, replans: 2, skills_done: 3, skills_failed: 1 };
     for verdict in [
         Verdict::Planned,
         Verdict::Unsolvable { proof: "delete relaxation".to_owned() },
