@@ -12,8 +12,17 @@
 //!    └┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄ the world (hardware or sim) ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┘
 //! ```
 //!
+//! The three things that most programs want are one call each:
+//!
+//! - [`plan_text`]: a plan from the texts of a PDDL domain and a problem;
+//! - [`read_image`]: the facts that one image shows, in the vocabulary of a domain;
+//! - [`run_file`]: one closed-loop episode of a run file.
+//!
+//! `examples/` has more: a detector, a planner and a skill of your own, a camera and a robot in another
+//! process, and a viewer of the bus.
+//!
 //! Modules stand in reading order: a pure core, parts behind traits, and a thin shell that moves
-//! messages. See `ARCHITECTURE.md`.
+//! messages. Each uses only those that stand before it. See `ARCHITECTURE.md`.
 
 // Core: values in, values out; no clock, no I/O.
 pub mod mismatch;
@@ -44,6 +53,9 @@ pub mod transport;
 pub mod hardware;
 pub mod actors;
 pub mod run;
+pub mod facade;
 pub mod eval;
 pub mod stress;
 pub mod cli;
+
+pub use facade::{plan_text, read_image, run_file};

@@ -36,6 +36,11 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// The plan, where there is one.
+    pub fn plan(&self) -> Option<&Plan> {
+        if let Self::Solved(plan) = self { Some(plan) } else { None }
+    }
+
     /// The word for it in reports.
     pub fn word(&self) -> &'static str {
         match self {

@@ -128,6 +128,14 @@ pub struct ExemplarConfig {
     pub number: Option<u32>,
 }
 
+impl ExemplarConfig {
+    /// All labelled examples of a folder below the domain's `exemplar/`.
+    pub fn in_folder(name: &str) -> Self {
+        let folder = Some(name.to_owned());
+        Self { folder, image: None, boxes: None, state: None, number: None }
+    }
+}
+
 /// `[robot]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

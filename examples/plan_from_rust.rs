@@ -1,0 +1,47 @@
+//! Planning from Rust: two texts in, a plan or the reason why there is none out.
+//!
+//! ```console
+//! cargo run --release --example plan_from_rust
+//! ```
+
+#![expect(clippy::print_stdout, reason = "an example shows what it does")]
+
+use groundloop::planning::Outcome;
+
+const DOMAIN: &str = "
+(define (domain ferry)
+  (:requirements :strips :typing :negative-preconditions)
+  (:types shore car)
+  (:predicates (at ?c - car ?s - shore) (aboard ?c - car) (ferry-at ?s - shore) (empty))
+  (:action board :parameters (?c - car ?s - shore)
+    :precondition (and (at ?c ?s) (ferry-at ?s) (empty))
+    :effect (and (aboard ?c) (not (at ?c ?s)) (not (empty))))
+  (:action sail :parameters (?from ?to - shore)
+    :precondition (and (ferry-at ?from) (not (ferry-at ?to)))
+    :effect (and (ferry-at ?to) (not (ferry-at ?from))))
+  (:action debark :parameters (?c - car ?s - shore)
+    :precondition (and (aboard ?c) (ferry-at ?s))
+    :effect (and (at ?c ?s) (empty) (not (aboard ?c)))))
+";
+
+const PROBLEM: &str = "
+(define (problem two-cars)
+  (:domain ferry)
+  (:objects left right - shore red blue - car)
+  (:init (at red left) (at blue left) (ferry-at right) (empty))
+  (:goal (and (at red right) (at blue right))))
+";
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let answer = groundloop::plan_text(DOMAIN, PROBLEM).map_err(|error| error.render())?;
+    match answer.outcome {
+        Outcome::Solved(plan) => {
+            println!("{} steps, proven cheapest: {}", plan.steps.len(), plan.proven_optimal);
+            for step in &plan.steps {
+                println!("  {step}");
+            }
+        }
+        other => println!("no plan: {other}"),
+    }
+    Ok(())
+}
