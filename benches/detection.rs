@@ -20,14 +20,14 @@ const FRAMES: [(&str, &str); 2] = [
 fn detect(criterion: &mut Criterion, config: &str, scene: &str) -> Result<(), String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(config);
     let run = load_run(&path, &[]).map_err(|e| e.to_string())?;
-    let folder = DomainFolder::find(&run.domain, &run.origin).map_err(|e| e.to_string())?;
+    let folder = DomainFolder::find(&run.domain, &run.origin.folder).map_err(|e| e.to_string())?;
     let examples = run.perception.exemplar.read(&folder, None).map_err(|e| e.to_string())?;
     let mut detector = folder
         .detector(&PartChoice::new("bench", "colour"), &examples)
         .map_err(|e| e.to_string())?;
     let sim = run.sim().map_err(|e| e.to_string())?;
     let mut labeller = Labeller::new(folder.scenes(), sim).map_err(|e| e.to_string())?;
-    let look = labeller.look(&folder.path.join(scene), 1, None).map_err(|e| e.to_string())?;
+    let look = labeller.look(&folder.files.file(scene), 1, None).map_err(|e| e.to_string())?;
     let (width, height) = (look.image.width() as usize, look.image.height() as usize);
     let view = ImageView::new(width, height, look.image.as_raw()).map_err(|e| e.to_string())?;
     let seen = detector.detect(&view, &[]).map_err(|e| e.to_string())?;

@@ -26,8 +26,10 @@
 
 // Core: values in, values out; no clock, no I/O.
 pub mod mismatch;
+pub mod files;
 pub mod geometry;
 pub mod pddl;
+pub mod settings;
 pub mod logic;
 pub mod scene;
 pub mod messages;

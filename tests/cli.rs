@@ -87,36 +87,19 @@ fn with_domain() -> (tempfile::TempDir, PathBuf) {
 // ── bad input ───────────────────────────────────────────────────────────────────────────────────
 
 #[test]
-fn an_unknown_key_is_shown_in_its_line() {
-    let folder = with_run_file("seed = 1 ", "seeed = 1 ");
+fn everything_that_is_wrong_with_a_run_file_is_shown_in_its_line() {
+    let folder = with_run_file("domain = ", "sed = 2\n[limits]\ncycles_max = \"many\"\n#");
     let ran = call_in(folder.path(), &["run", "bad.toml"]);
-    assert_eq!(ran.code, Some(2));
-    assert_eq!(ran.stdout, "");
-    let said: Vec<&str> = ran.stderr.lines().collect();
-    assert!(said[0].starts_with("error: bad.toml: TOML parse error at line "), "{}", ran.stderr);
-    assert!(said[2].contains("| seeed = 1 "), "{}", ran.stderr);
-    assert!(said[3].ends_with("| ^^^^^"), "{}", ran.stderr);
-    assert!(said[4].starts_with("unknown field `seeed`, expected one of"), "{}", ran.stderr);
-}
-
-#[test]
-fn an_unknown_key_in_a_table_is_shown_too() {
-    let folder = with_run_file("confirm_frames = 3", "confirmed_frames = 3");
-    let said = ["bad.toml", "confirmed_frames = 3", "^^^^", "unknown field `confirmed_frames`"];
-    refused_in(folder.path(), &["run", "bad.toml"], 2, &said);
-}
-
-#[test]
-fn a_missing_key_is_named() {
-    let folder = with_run_file("rate_hz = 10.0\n", "");
-    refused_in(folder.path(), &["run", "bad.toml"], 2, &["[camera]", "missing field `rate_hz`"]);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
 }
 
 #[test]
 fn malformed_toml_is_shown_in_its_line() {
-    let folder = with_run_file("seed = 1 ", "seed = = 1 ");
-    let said = ["bad.toml", "at line ", "| seed = = 1 ", "^"];
-    refused_in(folder.path(), &["run", "bad.toml"], 2, &said);
+    let folder = with_run_file("domain = ", "domain = = ");
+    let ran = call_in(folder.path(), &["run", "bad.toml"]);
+    assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
+    insta::assert_snapshot!(ran.stderr, @"");
 }
 
 #[test]
@@ -125,15 +108,14 @@ fn settings_that_make_no_sense_are_named() {
     for (set, said) in [
         ("camera", "--set camera: expected key=value"),
         ("=1", "--set =1: empty key"),
-        ("seed.x=1", "--set seed.x=1: not a table"),
-        ("sede=1", "unknown field `sede`"),
-        ("sede=1", "configs/blocksworld.toml with --set: TOML parse error"),
-        ("seed=abc", "invalid type: string \"abc\", expected u64"),
-        ("camera.rate_hz=-1", "camera.rate_hz: expected a positive number, got -1"),
-        ("camera.kind=radar", "unknown variant `radar`"),
-        ("goal.kind=telepathy", "unknown goal kind \"telepathy\": expected one of image"),
-        ("perception.detector=eyes", "perception.detector: expected annotated or colour"),
-        ("planner.name=oracle", "planner.name: expected embedded or fast-downward, got oracle"),
+        ("seed.x=1", "--set seed: expected an integer, 0 or more, got a table"),
+        ("sede=1", "--set sede: unknown key; did you mean seed?"),
+        ("seed=abc", "--set seed: expected an integer, 0 or more, got the string \"abc\""),
+        ("camera.rate_hz=-1", "--set camera.rate_hz: expected a number above 0, got -1"),
+        ("camera.kind=radar", "--set camera.kind: expected \"external\" or \"sim\", got"),
+        ("goal.kind=telepathy", "--set goal.kind: expected \"image\" or \"instruction\""),
+        ("perception.detector=eyes", "perception.detector: expected \"annotated\" or \"colour\""),
+        ("planner.name=oracle", "planner.name: expected \"embedded\" or \"fast-downward\", got"),
         ("robot.kind=none", "clock: expected \"realtime\""),
         ("sim.scene=nowhere.toml", "nowhere.toml: No such file"),
         ("sim.camera.width=0", "sim.camera"),
@@ -146,7 +128,8 @@ fn settings_that_make_no_sense_are_named() {
 
 #[test]
 fn a_run_file_that_is_not_there_is_named() {
-    refused(&["run", "nowhere.toml"], &["error: nowhere.toml: No such file or directory"]);
+    refused(&["run", "nowhere.toml"], &["error: nowhere.toml: no such file; shipped are"]);
+    refused(&["run", "blockworld"], &["did you mean the shipped \"blocksworld\"?"]);
 }
 
 #[test]

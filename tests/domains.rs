@@ -39,7 +39,7 @@ fn problem(path: &Path, folder: &DomainFolder) -> Problem {
 #[test]
 fn every_problem_is_solved_and_its_plan_is_valid() {
     for folder in domains() {
-        for path in files_below(&folder.path.join("problems"), "pddl") {
+        for path in files_below(&folder.files.base().join("problems"), "pddl") {
             let shown = in_project(&path);
             let problem = problem(&path, &folder);
             let request = PlanRequest::new(&problem);
@@ -71,12 +71,12 @@ fn every_example_sentence_is_understood() {
             });
             seen.collect()
         };
-        let scenes = files_below(&folder.path.join("problems"), "pddl");
+        let scenes = files_below(&folder.files.base().join("problems"), "pddl");
         let scenes: Vec<Vec<GoalObject>> = scenes.iter().map(seen).collect();
         let language = folder.language.clone().unwrap();
         assert!(!language.examples.is_empty());
         for text in &language.examples {
-            let origin = in_project(&folder.path);
+            let origin = in_project(folder.files.base());
             let choice = PartChoice::new("goal.kind", "instruction");
             let inputs = GoalInputs::words(&origin, text, Some(&language));
             let context = PartContext { choice: &choice, inputs, environment: |_| None };
@@ -102,7 +102,7 @@ fn exemplar_folders(folder: &DomainFolder) -> Vec<(String, Vec<(RgbImage, Exempl
         let examples = config.read(folder, None).unwrap_or_else(|e| panic!("{e}"));
         (in_project(&path), examples)
     };
-    let set_ups = folder.path.join("exemplar");
+    let set_ups = folder.files.base().join("exemplar");
     let set_ups = if set_ups.is_dir() { folders_in(&set_ups) } else { Vec::new() };
     set_ups.into_iter().map(read).collect()
 }
@@ -182,15 +182,18 @@ fn labelled_images_give_their_labelled_objects_and_facts() {
 fn every_scene_can_be_built_and_stands() {
     use groundloop_sim::{SceneSpec, World, WorldConfig};
 
+    let defaults: toml::Table = groundloop::settings::DEFAULTS.parse().unwrap();
+    let world: WorldConfig = defaults["sim"]["world"].clone().try_into().unwrap();
+
     for folder in domains() {
-        let scenes = folder.path.join("scenes");
+        let scenes = folder.files.base().join("scenes");
         let scenes = if scenes.is_dir() { files_below(&scenes, "toml") } else { Vec::new() };
         for path in scenes.into_iter().filter(|path| !path.ends_with("labels.toml")) {
             let shown = in_project(&path);
             let spec: SceneSpec = toml::from_str(&std::fs::read_to_string(&path).unwrap())
                 .unwrap_or_else(|e| panic!("{shown}: {e}"));
             for seed in 1..=3 {
-                let mut world = World::new(&spec, &WorldConfig::tabletop(), seed)
+                let mut world = World::new(&spec, &world, seed)
                     .unwrap_or_else(|e| panic!("{shown}, seed {seed}: {e}"));
                 let places = |world: &World| -> Vec<_> {
                     let bodies = world.truth().bodies;

@@ -17,7 +17,7 @@ use groundloop::pddl::{
     Condition, Domain, Literal, Name, Problem, SourceText, Term, Typed, parse_problem,
 };
 use groundloop::perception::label_of;
-use groundloop::run::{DomainFolder, exemplar_from_files};
+use groundloop::run::{DomainFolder, ExemplarFiles};
 
 /// The ground atoms that a conjunctive goal asks for over these objects.
 fn ground(goal: &Condition, domain: &Domain, objects: &[Typed]) -> BTreeSet<String> {
@@ -327,7 +327,7 @@ fn labelled(domain: &str, image: &str, predicates: &[&str]) -> BTreeSet<String> 
     let file =
         |ending: &str| project(&format!("domains/{domain}/exemplar/sim_640x480/{image}.{ending}"));
     let (_, exemplar) =
-        exemplar_from_files(&file("png"), &file("json"), &file("pddl"), &folder).unwrap();
+        ExemplarFiles::on_disk(&file("png"), &file("json"), &file("pddl")).read(&folder).unwrap();
     let facts = exemplar.init.iter().filter(|f| predicates.contains(&f.predicate.as_str()));
     facts.map(ToString::to_string).collect()
 }
@@ -377,7 +377,7 @@ fn a_goal_image_that_does_not_fit_is_refused() {
     let file = folder.path().join("options.toml");
     for (options, wanted) in [
         ("predicates = ['over']", "has no predicate \"over\""),
-        ("predicate = ['on']", "unknown field `predicate`"),
+        ("predicate = ['on']", "goal.options.predicate: unknown key; did you mean predicates?"),
         ("predicates = ['holding']", "it shows no fact of holding"),
     ] {
         std::fs::write(&file, options).unwrap();

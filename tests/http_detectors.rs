@@ -34,7 +34,7 @@ fn frame() -> Vec<u8> {
 }
 
 /// Quick attempts, and answers to nobody but the mock server.
-const PATIENCE: &str = "patience = { backoff_ms_min = 1, backoff_ms_max = 2, attempts_max = 4 }\n";
+const PATIENCE: &str = "retry = { backoff_ms_min = 1, backoff_ms_max = 2, attempts_max = 4 }\n";
 
 fn build(options: &str) -> Result<Box<dyn Detector>, DetectorError> {
     let folder = DomainFolder::read(&project("domains/blocksworld")).unwrap();
@@ -324,7 +324,7 @@ fn a_slow_drip_ends_at_the_deadline() {
     let server = std::thread::Builder::new().spawn(work).unwrap();
     let rgb = frame();
     let image = ImageView::new(WIDTH, HEIGHT, &rgb).unwrap();
-    let bounds = "patience = { total_ms = 200, attempts_max = 1, reply_bytes_max = 1000000000000 }";
+    let bounds = "retry = { total_ms = 200, attempts_max = 1, reply_bytes_max = 1000000000000 }";
     let options = format!("dialect = \"hugging_face\"\nurl = {url:?}\n{bounds}");
     let error = build(&options).unwrap().detect(&image, &[]).unwrap_err();
     assert!(matches!(error, DetectorError::Service(WebError::Deadline { .. })), "{error}");
@@ -340,13 +340,22 @@ fn nobodys_port() -> u16 {
 #[test]
 fn options_that_make_no_sense_are_named() {
     for (options, expect) in [
-        ("", "perception.options: missing field `dialect`"),
-        ("dialect = \"telepathy\"", "perception.options: unknown variant `telepathy`"),
-        ("dialect = \"dino_x\"\nscor_min = 1", "unknown field `scor_min`"),
-        ("dialect = \"dino_x\"\nscore_min = 2.0", "score_min: expected a share in 0..=1, got 2"),
+        ("", "perception.options: missing key: dialect"),
+        ("dialect = \"telepathy\"", "or \"roboflow\", got \"telepathy\""),
+        (
+            "dialect = \"dino_x\"\nscor_min = 1",
+            "perception.options.scor_min: unknown key; did you mean score_min?",
+        ),
+        (
+            "dialect = \"dino_x\"\nscore_min = 2.0",
+            "score_min: expected a number from 0 to 1, got 2",
+        ),
         ("dialect = \"hugging_face\"", "perception.options.url: expected the address"),
         ("dialect = \"dino_x\"\nkey_env = \"NO_KEY\"", "got NO_KEY, which is not set"),
-        ("dialect = \"dino_x\"\npatience = { total = 1 }", "unknown field `total`"),
+        (
+            "dialect = \"dino_x\"\nretry = { total = 1 }",
+            "perception.options.retry.total: unknown key; did you mean total_ms?",
+        ),
     ] {
         let message = build(options).map(drop).unwrap_err().to_string();
         assert!(message.contains(expect), "{expect:?} is not in {message}");
@@ -359,7 +368,7 @@ fn options_that_make_no_sense_are_named() {
 fn ground(url: &str, goal: &str) -> common::Ended {
     let folder = tempfile::tempdir().unwrap();
     let options = folder.path().join("service.toml");
-    let bounds = "patience = { backoff_ms_min = 1, backoff_ms_max = 2 }";
+    let bounds = "retry = { backoff_ms_min = 1, backoff_ms_max = 2 }";
     let text = format!("dialect = \"hugging_face\"\nurl = {url:?}\n{bounds}\n");
     std::fs::write(&options, text).unwrap();
     let example = "domains/blocksworld/exemplar/sim_320x240/a_tower_and_singles";
@@ -417,7 +426,7 @@ fn run_with(service: &str, wait_s: &str, name: &str) -> (Process, Process) {
     let image = format!("{PICTURE}.png");
     let mut camera = Process::start(&["camera", "images", &image, "--fps", "20", "--run", name]);
     camera.wait_for_line("publishing 1 images at 20 Hz");
-    let patience = "patience={attempts_max=1}";
+    let patience = "retry={attempts_max=1}";
     let options =
         format!("perception.options={{dialect=\"hugging_face\", url=\"{service}\", {patience}}}");
     let wait = format!("camera.wait_s={wait_s}");

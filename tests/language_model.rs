@@ -101,7 +101,7 @@ fn read_with(
     // Pauses are short, so that no test waits for long.
     let common = format!(
         "url = '{url}'\nmodel = 'm'\nkey_env = 'MODEL_KEY'\n\
-         patience = {{ backoff_ms_min = 1, backoff_ms_max = 2, total_ms = 20000 }}\n{options}"
+         retry = {{ backoff_ms_min = 1, backoff_ms_max = 2, total_ms = 20000 }}\n{options}"
     );
     let options: toml::Table = common.parse().unwrap();
     let choice = PartChoice::new("goal.kind", "language_model");
@@ -327,7 +327,7 @@ fn a_slow_drip_ends_at_the_deadline() {
     let domain = DomainFolder::read(&project("domains/blocksworld")).unwrap();
     let options = format!(
         "url = '{url}'\nmodel = 'm'\n{LLAMA}\n\
-         patience = {{ total_ms = 200, reply_bytes_max = 1000000000 }}"
+         retry = {{ total_ms = 200, reply_bytes_max = 1000000000 }}"
     );
     let options: toml::Table = options.parse().unwrap();
     let choice = PartChoice::new("goal.kind", "language_model");
@@ -371,8 +371,7 @@ fn kept_answers_need_neither_server_nor_key() {
 fn goal_verb(url: &str, more: &str, code: i32, wanted: &str) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("options.toml");
-    let options =
-        format!("url = '{url}'\nmodel = 'm'\n{LLAMA}\n{more}\n[patience]\nread_ms = 20000");
+    let options = format!("url = '{url}'\nmodel = 'm'\n{LLAMA}\n{more}\n[retry]\nread_ms = 20000");
     std::fs::write(&file, options).unwrap();
     let args = ["goal", "--domain", "domains/blocksworld", "--instruction", SAID, "--json"];
     let model = ["--kind", "language_model", "--options", file.to_str().unwrap()];

@@ -39,7 +39,7 @@ fn read(
     let seen: Vec<GoalObject> = seen.collect();
     let options = format!(
         "url = '{url}'\nmodel = 'any'\ndialect = '{dialect}'\ntokens_max = 200\n\
-         patience = {{ read_ms = 300000, total_ms = 600000 }}"
+         retry = {{ read_ms = 300000, total_ms = 600000 }}"
     );
     let options: toml::Table = options.parse().unwrap();
     let choice = PartChoice::new("goal.kind", "language_model").with_options(Some(&options), "");

@@ -99,7 +99,7 @@ impl Rig {
             skills: folder.skills.unwrap(),
             grounder,
             belief,
-            hull: None,
+            self_filter: None,
         };
         let bus = Bus::open(&run.bus("slow")).unwrap();
         let (gate, waiting) = channel();

@@ -232,7 +232,7 @@ fn what_cannot_be_is_refused_before_anything_is_measured() {
 }
 
 fn template(folder: &DomainFolder, size: u32) -> Problem {
-    let text = fs::read_to_string(folder.path.join("stress.toml")).unwrap();
+    let text = fs::read_to_string(folder.files.base().join("stress.toml")).unwrap();
     let template = Template::parse("stress.toml", &text).unwrap();
     template.problem("stress.toml", &folder.domain, size).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -13,6 +13,13 @@ fn cpu_ms() -> Result<f64, Box<dyn Error>> {
     Ok(on_cpu_ns.parse::<f64>()? * 1e-6)
 }
 
+/// A world and its camera.
+#[derive(serde::Deserialize)]
+struct SetUp {
+    world: WorldConfig,
+    camera: CameraSpec,
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().collect();
     let scene = args.get(1).ok_or("usage: bench SCENE.toml [FRAMES] [WIDTH] [HEIGHT]")?;
@@ -20,9 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let width = args.get(3).map_or(Ok(640), |text| text.parse())?;
     let height = args.get(4).map_or(Ok(480), |text| text.parse())?;
 
+    let setup: SetUp = toml::from_str(include_str!("../tests/data/tabletop.toml"))?;
     let spec: SceneSpec = toml::from_str(&std::fs::read_to_string(scene)?)?;
-    let mut world = World::new(&spec, &WorldConfig::tabletop(), 1)?;
-    let camera = CameraSpec::frontal(width, height);
+    let mut world = World::new(&spec, &setup.world, 1)?;
+    let camera = CameraSpec { width, height, ..setup.camera };
     let mut renderer = Renderer::new();
     let mut frame = Frame::default();
     renderer.render_into(&world, &camera, 0, &mut frame)?;

@@ -1,11 +1,12 @@
 //! The pinhole camera: where it is, what it sees, its noise and the light.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// A fixed pinhole camera without distortion.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
     /// Columns of the image.
@@ -15,8 +16,10 @@ pub struct CameraSpec {
     /// Angle of view from the top to the bottom edge of the image, in degrees.
     pub fov_y_deg: f64,
     /// Position of the camera: metres, world frame.
+    #[schemars(with = "[f64; 3]")]
     pub position_m: Point3<f64>,
     /// The point in the middle of the image: metres, world frame.
+    #[schemars(with = "[f64; 3]")]
     pub look_at_m: Point3<f64>,
     /// Colour samples along each side of a pixel: 1 for speed, 2 or 3 for smooth edges. Depth and
     /// ids are sampled at the pixel's centre in any case.
@@ -28,7 +31,7 @@ pub struct CameraSpec {
 }
 
 /// Noise of the sensor, normally distributed and independent from pixel to pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseSpec {
     /// Standard deviation of each colour channel, in steps of 1/255; 0 for none, 20 at most.
@@ -38,7 +41,7 @@ pub struct NoiseSpec {
 }
 
 /// The key light; its values are drawn from these ranges with `seed` and do not flicker.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LightSpec {
     /// Seed of the draw.
@@ -81,28 +84,6 @@ pub struct CameraError {
 }
 
 impl CameraSpec {
-    /// The recommended camera: low and frontal, so that the fronts and tops of blocks are visible.
-    ///
-    /// It sees x from -0.36 to 0.36 m on the table (at y = 0), y from -0.35 m on, and heights up to
-    /// 0.37 m at y = 0; a gripper at its home at z = 0.55 m is out of view.
-    pub fn frontal(width: u32, height: u32) -> Self {
-        Self {
-            width,
-            height,
-            fov_y_deg: 34.0,
-            position_m: Point3::new(0.0, -0.95, 0.42),
-            look_at_m: Point3::new(0.0, 0.0, 0.09),
-            samples: 1,
-            noise: NoiseSpec { rgb_sigma: 2.0, depth_sigma_m: 0.001 },
-            light: LightSpec {
-                seed: 0,
-                intensity: [0.93, 1.07],
-                azimuth_deg: [-135.0, -120.0],
-                elevation_deg: [52.0, 58.0],
-            },
-        }
-    }
-
     /// Checks every number.
     ///
     /// # Errors
@@ -161,9 +142,15 @@ impl CameraSpec {
 mod tests {
     use super::*;
 
+    /// Low and frontal, so that the fronts and tops of blocks are visible.
+    fn frontal(width: u32, height: u32) -> CameraSpec {
+        let file: toml::Table = include_str!("../tests/data/tabletop.toml").parse().unwrap();
+        CameraSpec { width, height, ..file["camera"].clone().try_into().unwrap() }
+    }
+
     #[test]
     fn the_middle_of_the_image_is_the_point_looked_at() {
-        let spec = CameraSpec::frontal(640, 480);
+        let spec = frontal(640, 480);
         let seen = spec.world_from_camera().inverse() * spec.look_at_m;
         assert!(seen.x.abs() < 1e-12 && seen.y.abs() < 1e-12 && seen.z > 0.0);
         let right = spec.world_from_camera() * Vector3::x();
@@ -174,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_camera_that_looks_straight_down_has_a_frame() {
-        let mut spec = CameraSpec::frontal(64, 48);
+        let mut spec = frontal(64, 48);
         spec.position_m = Point3::new(0.0, 0.0, 1.0);
         spec.look_at_m = Point3::origin();
         let frame = spec.world_from_camera();
@@ -184,10 +171,10 @@ mod tests {
 
     #[test]
     fn numbers_out_of_range_are_named() {
-        let mut spec = CameraSpec::frontal(640, 480);
+        let mut spec = frontal(640, 480);
         spec.fov_y_deg = f64::NAN;
         assert_eq!(spec.check().unwrap_err().field, "fov_y_deg");
-        spec = CameraSpec::frontal(640, 5);
+        spec = frontal(640, 5);
         assert_eq!(spec.check().unwrap_err().field, "height");
     }
 }

@@ -1,6 +1,7 @@
 //! Faults: what the world does to the robot's plans.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -14,7 +15,7 @@ const SET_DOWN_GAP_M: f64 = 0.0002;
 const GRIPPER_RADIUS_M: f64 = 0.09;
 
 /// One thing that goes wrong. Written in run files with the key `kind`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultAction {
     /// An object is taken away and set down on a free place of the table, upright.

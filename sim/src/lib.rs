@@ -34,7 +34,10 @@
 //!     kind = "fixed"
 //!     stacks = [{ at_m = [0.1, 0.0], bodies = ["red_block"] }]
 //! "##)?;
-//! let mut world = World::new(&spec, &WorldConfig::tabletop(), 1)?;
+//! let tabletop: toml::Table = include_str!("../tests/data/tabletop.toml").parse()?;
+//! let world: WorldConfig = tabletop["world"].clone().try_into()?;
+//! let camera: CameraSpec = tabletop["camera"].clone().try_into()?;
+//! let mut world = World::new(&spec, &world, 1)?;
 //! let at_block = GripperCommand {
 //!     position: Point3::new(0.1, 0.0, 0.025),
 //!     yaw_rad: 0.0,
@@ -47,7 +50,7 @@
 //! world.advance_to(1_700_000_000);
 //! assert!(world.gripper().holding);
 //!
-//! let frame = Renderer::new().render(&world, &CameraSpec::frontal(640, 480), 1)?;
+//! let frame = Renderer::new().render(&world, &camera, 1)?;
 //! assert_eq!(frame.rgb.len(), 640 * 480 * 3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

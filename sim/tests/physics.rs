@@ -3,10 +3,8 @@
 
 mod common;
 
-use common::{blocks, centre, n_blocks, n_disks, run, stack_of, world};
-use groundloop_sim::{
-    Arrangement, FaultAction, GripperCommand, SceneError, SceneSpec, World, WorldConfig,
-};
+use common::{blocks, centre, n_blocks, n_disks, run, stack_of, world, world_config};
+use groundloop_sim::{Arrangement, FaultAction, GripperCommand, SceneError, SceneSpec, World};
 use nalgebra::Point3;
 
 fn check_stack(n: usize, seconds: f64) {
@@ -131,7 +129,7 @@ fn time_counts_whole_steps_without_drift() {
 
 fn refusal(text: &str) -> String {
     match toml::from_str::<SceneSpec>(text) {
-        Ok(spec) => World::new(&spec, &WorldConfig::tabletop(), 0).unwrap_err().to_string(),
+        Ok(spec) => World::new(&spec, &world_config(), 0).unwrap_err().to_string(),
         Err(error) => error.to_string(),
     }
 }
@@ -176,6 +174,6 @@ fn the_overlap_error_is_typed() {
          stacks=[{{at_m=[0,0],bodies=['red']}},{{at_m=[0,0.01],bodies=['blue']}}]"
     );
     let spec: SceneSpec = toml::from_str(&text).unwrap();
-    let error = World::new(&spec, &WorldConfig::tabletop(), 0).unwrap_err();
+    let error = World::new(&spec, &world_config(), 0).unwrap_err();
     assert!(matches!(error, SceneError::Overlap { depth_mm, .. } if (depth_mm - 40.0).abs() < 1.0));
 }

@@ -3,15 +3,15 @@
 
 mod common;
 
-use common::{blocks, go, hanoi, n_blocks, world};
+use common::{blocks, frontal, go, hanoi, n_blocks, world, world_config};
 use groundloop_sim::{
-    CameraSpec, FaultAction, Frame, GRIPPER_ID, NoiseSpec, Renderer, Shape, World, WorldConfig,
+    CameraSpec, FaultAction, Frame, GRIPPER_ID, NoiseSpec, Renderer, Shape, World,
 };
 use nalgebra::{Point3, Vector3};
 
 fn camera() -> CameraSpec {
     let noise = NoiseSpec { rgb_sigma: 0.0, depth_sigma_m: 0.0 };
-    CameraSpec { noise, ..CameraSpec::frontal(320, 240) }
+    CameraSpec { noise, ..frontal(320, 240) }
 }
 
 fn render(world: &World, camera: &CameraSpec) -> Frame {
@@ -124,7 +124,7 @@ fn depth_and_ids_are_those_of_exact_geometry() {
         look_at_m: Point3::new(0.02, -0.01, 0.0),
         ..camera()
     };
-    let mut config = WorldConfig::tabletop();
+    let mut config = world_config();
     config.gripper_home = Point3::new(0.55, 0.4, 0.5);
     check_geometry(&World::new(&n_blocks(7, 4), &config, 9).unwrap(), &above);
 }
@@ -144,14 +144,14 @@ fn a_camera_among_the_blocks_sees_clipped_surfaces_at_their_depth() {
 #[test]
 fn a_frame_depends_on_nothing_but_world_camera_and_seed() {
     let mut used = Renderer::new();
-    let camera = CameraSpec::frontal(320, 240);
+    let camera = frontal(320, 240);
     let fine = CameraSpec { samples: 2, ..camera.clone() };
     let first = world(&blocks(), 1);
     let expected = Renderer::new().render(&first, &camera, 5).unwrap();
     let expected_fine = Renderer::new().render(&first, &fine, 5).unwrap();
     for seed in 0..3 {
         let other = world(&hanoi(), seed);
-        used.render(&other, &CameraSpec::frontal(64, 48), seed).unwrap();
+        used.render(&other, &frontal(64, 48), seed).unwrap();
         used.render(&other, &fine, seed).unwrap();
         assert_eq!(used.render(&first, &camera, 5).unwrap(), expected);
         assert_eq!(used.render(&first, &fine, 5).unwrap(), expected_fine);
@@ -193,7 +193,7 @@ fn objects_keep_their_hue_and_are_in_view_under_any_light() {
     for seed in 0..12 {
         for spec in [blocks(), hanoi()] {
             let world = world(&spec, seed);
-            let mut camera = CameraSpec::frontal(640, 480);
+            let mut camera = frontal(640, 480);
             camera.light.seed = seed;
             let frame = Renderer::new().render(&world, &camera, seed).unwrap();
             for (id, body) in (1..).zip(&spec.bodies) {

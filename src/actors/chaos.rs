@@ -3,13 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `[[panic]]`: an actor that fails on purpose, once.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PanicConfig {
-    /// Its name: `camera`, `scene_parser`, `goal_parser`, `planner`, `skill_executor`, `robot`.
+    /// Its name.
+    #[schemars(extend("enum" = ["camera", "goal_parser", "planner", "robot", "scene_parser", "skill_executor"]))]
     pub actor: String,
     /// The message at which it panics, counted from 1.
     pub at_message: u64,

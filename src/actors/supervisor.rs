@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ractor::{Actor, ActorCell, ActorProcessingErr, ActorRef, SupervisionEvent};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use tokio::sync::watch;
 
@@ -20,7 +21,7 @@ use crate::transport::{Bus, Publisher, TransportError};
 const HEALTH_PERIOD_MS: u64 = 500;
 
 /// `[supervisor]`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SupervisorConfig {
     /// Most restarts of one actor in an episode.

@@ -24,8 +24,12 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     use crate::run::ConfigError;
 
     let config = load_run(&args.config, &args.sets)?;
-    let folder = DomainFolder::find(&config.domain, &config.origin)?;
-    let target = folder.path.join("exemplar").join(&args.folder);
+    let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+    let target = folder.files.below("exemplar").below(&args.folder);
+    let Some(target) = target.on_disk() else {
+        let copy = "name a copy on disk as the domain: --set domain=PATH";
+        return Err(Failure::bad_input(format!("{target}: cannot be written to; {copy}")));
+    };
     let write = |path: &std::path::Path, bytes: &[u8]| {
         std::fs::write(path, bytes)
             .map_err(|e| Failure::bad_input(format!("{}: {e}", path.display())))
@@ -49,7 +53,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 #[cfg(not(feature = "sim"))]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
-    DomainFolder::find(&config.domain, &config.origin)?;
+    DomainFolder::find(&config.domain, &config.origin.folder)?;
     out::note(&format!("{} is not written", args.folder));
     let error = crate::parts::PartError::missing("the simulator", "build with `--features sim`");
     Err(crate::run::ConfigError::from(error).into())

@@ -13,7 +13,7 @@ use crate::parts::PartContext;
 use crate::pddl::Atom;
 use crate::perception::{GroundedImage, phrase_of_name};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
-use crate::run::{ConfigError, DomainFolder, StillImageParts, environment, exemplar_from_files};
+use crate::run::{ConfigError, DomainFolder, ExemplarFiles, StillImageParts, environment};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -64,12 +64,8 @@ pub(super) struct Args {
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let folder = Arc::new(DomainFolder::read(&args.domain)?);
-    let example = exemplar_from_files(
-        &args.exemplar_image,
-        &args.exemplar_boxes,
-        &args.exemplar_state,
-        &folder,
-    )?;
+    let (image, boxes, state) = (&args.exemplar_image, &args.exemplar_boxes, &args.exemplar_state);
+    let example = ExemplarFiles::on_disk(image, boxes, state).read(&folder)?;
     let options = args.detector_options.as_deref();
     let parts = StillImageParts {
         folder: Arc::clone(&folder),

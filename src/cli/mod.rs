@@ -2,6 +2,7 @@
 
 mod out;
 mod camera;
+mod config;
 mod eval;
 mod exemplar;
 mod goal;
@@ -50,6 +51,8 @@ enum Verb {
     Run(run::Args),
     /// Publish frames from this process to a run in another one.
     Camera(camera::Args),
+    /// Show, check and describe run files.
+    Config(config::Args),
     /// Plan once, from a PDDL problem.
     Plan(plan::Args),
     /// Check a plan against a PDDL problem.
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
     let done = match cli.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Camera(args) => camera::run(&args),
+        Verb::Config(args) => config::run(&args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),

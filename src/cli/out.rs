@@ -24,7 +24,8 @@ pub(super) fn note(text: &str) {
 
 /// Writes an error to standard error.
 pub(super) fn error(message: &str) {
-    let prefix = if message.contains(": error:") { "" } else { "error: " };
+    let says_so = message.contains(": error:") || message.starts_with("error: ");
+    let prefix = if says_so { "" } else { "error: " };
     note(&format!("{prefix}{}", message.trim_end()));
 }
 

@@ -1,6 +1,7 @@
 //! The only place that reads clocks. Nothing read here enters a decision or a hash.
 
 use rustix::time::{ClockId, clock_gettime};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Nanoseconds of the monotonic clock (the same in all processes of one machine).
@@ -26,7 +27,7 @@ fn nanoseconds(id: ClockId) -> u64 {
 }
 
 /// Which clock drives the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ClockKind {
     /// Simulated time advances by one frame per answer; runs as fast as the machine allows.

@@ -4,11 +4,11 @@
 //! labelled examples: these are always made with the camera that they are used for.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
 use image::RgbImage;
 use serde::Serialize;
 
+use crate::files::FileRef;
 use crate::hardware::sim::{Labeller, Look, Viewpoint, exemplar_scenes};
 use crate::logic::Truth;
 use crate::parts::PartChoice;
@@ -107,7 +107,7 @@ fn share(part: u64, rest: u64) -> f64 {
 
 /// Whether a domain has the scene that is looked at.
 pub fn has_scene(folder: &DomainFolder) -> bool {
-    folder.path.join(SCENE).is_file()
+    folder.files.file(SCENE).exists()
 }
 
 /// Measures one domain from every camera, on one scene for each seed. `seen` is told after each
@@ -131,7 +131,7 @@ pub fn measure(
             .map(|(objects, features)| row(folder, camera, objects, features))
             .collect();
         for seed in 1..=seeds {
-            let look = labeller.look(&folder.path.join(SCENE), seed, from)?;
+            let look = labeller.look(&folder.files.file(SCENE), seed, from)?;
             let detected = setup.detect(&look)?;
             for row in &mut measured {
                 let objects = match row.objects {
@@ -172,12 +172,12 @@ fn examples(
     seed: u64,
     from: Option<Viewpoint>,
 ) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
-    let paths: Vec<PathBuf> = exemplar_scenes(&folder.path)?;
+    let paths: Vec<FileRef> = exemplar_scenes(&folder.files)?;
     let mut examples = Vec::new();
     for (path, seed) in paths.iter().zip(seed..) {
         let look = labeller.look(path, seed, from)?;
         let exemplar = Exemplar {
-            name: path.display().to_string(),
+            name: path.to_string(),
             image_size: [look.image.width(), look.image.height()],
             objects: look.objects,
             init: look.facts,

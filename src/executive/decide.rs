@@ -187,11 +187,11 @@ impl Executive {
         }
     }
 
-    /// Waits for one more frame, at most `limits.looks_max` times in a row.
+    /// Waits for one more frame, at most `limits.observations_max` times in a row.
     pub(super) fn look(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
         self.looks += u32::from(cycle.is_new_frame);
-        if self.looks > cycle.config.limits.looks_max {
-            return Answer::End(Verdict::GaveUp { limit: Limit::Looks, detail: reason });
+        if self.looks > cycle.config.limits.observations_max {
+            return Answer::End(Verdict::GaveUp { limit: Limit::Observations, detail: reason });
         }
         if self.looks == 1 && cycle.is_new_frame {
             cycle.event(Event::Look { reason });

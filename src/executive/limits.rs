@@ -1,9 +1,10 @@
 //! Every bound of the loop, by its name in the run file.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `[limits]` of a run file. When one is met, the verdict names it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Most cycles of an episode.
@@ -11,11 +12,11 @@ pub struct Limits {
     /// Longest episode in run time, seconds.
     pub seconds_max: f64,
     /// Most frames in a row that are waited for a scene to settle or an unknown fact to show.
-    pub looks_max: u32,
+    pub observations_max: u32,
     /// Most frames that a goal object may stay unseen.
     pub unseen_frames_max: u32,
     /// Most plans in a row that come too late: the planner used up a budget or its deadline.
-    pub late_plans_max: u32,
+    pub planner_timeouts_max: u32,
     /// Most failed skills of an episode.
     pub failures_max: u32,
     /// Most returns to the same state before the loop counts as going in circles.

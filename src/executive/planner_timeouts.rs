@@ -25,13 +25,13 @@ impl Executive {
     }
 
     /// Without a plan in time the running step goes on, unless its target has moved: it was right
-    /// when it was started. When none runs, the robot holds. After `limits.late_plans_max` such plans in a row the loop gives
+    /// when it was started. When none runs, the robot holds. After `limits.planner_timeouts_max` such plans in a row the loop gives
     /// up.
     pub(super) fn do_without_plan(&mut self, cycle: &mut Cycle<'_>, limit: &str) -> Answer {
-        let late_plans_max = cycle.config.limits.late_plans_max;
-        if self.planner_timeouts.n_plans > late_plans_max {
-            let detail = format!("no plan within {limit}, {late_plans_max} times in a row");
-            return Answer::End(Verdict::GaveUp { limit: Limit::LatePlans, detail });
+        let planner_timeouts_max = cycle.config.limits.planner_timeouts_max;
+        if self.planner_timeouts.n_plans > planner_timeouts_max {
+            let detail = format!("no plan within {limit}, {planner_timeouts_max} times in a row");
+            return Answer::End(Verdict::GaveUp { limit: Limit::PlannerTimeouts, detail });
         }
         if self.planner_timeouts.n_plans == 1 && cycle.is_new_frame {
             cycle.event(Event::Look { reason: format!("no plan in time ({limit})") });

@@ -19,15 +19,15 @@ pub(super) struct ReObserving {
 
 impl Executive {
     /// Looks again for a reason that another view may remove. The present view and each view pose
-    /// of the robot have equal shares of `limits.looks_max` frames.
+    /// of the robot have equal shares of `limits.observations_max` frames.
     pub(super) fn re_observe(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Answer {
         let answer = self.look(cycle, reason.to_owned());
         if matches!(answer, Answer::End(_)) {
             return answer;
         }
         let Some(motion) = &cycle.config.motion else { return answer };
-        let n_poses = u32::try_from(motion.look_poses.len()).unwrap_or(u32::MAX - 1);
-        let share = (cycle.config.limits.looks_max / (n_poses + 1)).max(1);
+        let n_poses = u32::try_from(motion.view_poses.len()).unwrap_or(u32::MAX - 1);
+        let share = (cycle.config.limits.observations_max / (n_poses + 1)).max(1);
         let due = usize::try_from(self.looks / share).unwrap_or(usize::MAX);
         if !matches!(self.phase, Phase::Idle) || self.views_taken >= due {
             return answer;
@@ -38,7 +38,7 @@ impl Executive {
     /// Starts the motion to the next view pose; `None` when all have been taken.
     fn go_to_view(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Option<Answer> {
         let (config, robot) = (cycle.config.motion.as_ref()?, cycle.input.robot?);
-        let pose = config.look_poses.get(self.views_taken)?;
+        let pose = config.view_poses.get(self.views_taken)?;
         self.views_taken += 1;
         let view = format!("look from view {}", self.views_taken);
         let objects = &cycle.input.scene.objects;
@@ -67,7 +67,7 @@ impl Executive {
     }
 
     /// Looks again while there are anomalies that concern what comes next. Doubts that stay after
-    /// `limits.looks_max` frames are told and put up with: what depends on them is unknown, and
+    /// `limits.observations_max` frames are told and put up with: what depends on them is unknown, and
     /// nothing is done on unknown facts.
     pub(super) fn re_observe_anomalies(
         &mut self,
@@ -81,7 +81,7 @@ impl Executive {
             .cloned()
             .collect();
         let first = new.first()?;
-        if self.looks < cycle.config.limits.looks_max {
+        if self.looks < cycle.config.limits.observations_max {
             return Some(self.re_observe(cycle, &first.to_string()));
         }
         cycle.event(Event::Look { reason: format!("accepted after repeated looks: {first}") });

@@ -90,8 +90,8 @@ impl Executive {
         verifying.frames += u32::from(cycle.is_new_frame);
         // What was seen before the end says nothing about what came of it.
         let is_older = cycle.input.scene.cause.capture_ns < verifying.ended_ns;
-        let waiting =
-            (is_older || !cycle.is_settled()) && verifying.frames <= cycle.config.limits.looks_max;
+        let waiting = (is_older || !cycle.is_settled())
+            && verifying.frames <= cycle.config.limits.observations_max;
         if waiting {
             return;
         }

@@ -1,19 +1,46 @@
 //! `[[fault]]` of a run file.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::mismatch::Mismatch;
+
 /// `[[fault]]`: one disturbance of the simulated world.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultConfig {
-    /// When: at this simulated time, seconds.
+    /// When: at this time of the simulated world, seconds. Either this or `during`.
     pub at_s: Option<f64>,
-    /// When: while this action (`stack`) or step (`(stack a b arm)`) is carried out.
+    /// When: while this action ("stack") or this step ("(stack red_block blue_block arm)") is carried
+    /// out.
     pub during: Option<String>,
-    /// Which of its executions, counted from 1; without it, the first.
+    /// Which execution of what `during` names, counted from 1; without the key the first.
     pub nth: Option<u32>,
-    /// How long after its start, seconds of simulated time; without it, at once.
+    /// How long after the start of that execution, seconds of simulated time; without the key at
+    /// once.
     pub after_s: Option<f64>,
-    /// What happens; read by the simulator.
+    /// What happens.
+    #[cfg_attr(feature = "sim", schemars(with = "super::sim::FaultAction"))]
+    #[cfg_attr(
+        not(feature = "sim"),
+        schemars(with = "serde_json::Map<String, serde_json::Value>")
+    )]
     pub action: toml::Table,
+}
+
+impl FaultConfig {
+    /// What is wrong with when it happens; `at` is where it stands.
+    pub(crate) fn mismatch(&self, at: &str) -> Option<Mismatch> {
+        let either = |got: &str| Some(Mismatch::new(at, "either at_s or during", got));
+        match (&self.at_s, &self.during) {
+            (Some(_), Some(_)) => either("both"),
+            (None, None) => either("neither"),
+            (None, Some(_)) => None,
+            (Some(_), None) => {
+                let keys = [("nth", self.nth.is_some()), ("after_s", self.after_s.is_some())];
+                let (key, _) = keys.into_iter().find(|(_, is_there)| *is_there)?;
+                Some(Mismatch::new(format!("{at}.{key}"), "none beside at_s", "a value"))
+            }
+        }
+    }
 }

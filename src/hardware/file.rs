@@ -24,13 +24,20 @@ pub enum ImageFileError {
 /// # Errors
 /// [`ImageFileError`] when it is missing, truncated, or not an image.
 pub fn read_rgb(path: &Path) -> Result<RgbImage, ImageFileError> {
-    let bytes = std::fs::read(path)?;
-    let format = image::guess_format(&bytes)?;
+    decode_rgb(&std::fs::read(path)?)
+}
+
+/// The image that a file's bytes hold, as RGB.
+///
+/// # Errors
+/// [`ImageFileError`] when it is truncated, or not an image.
+pub fn decode_rgb(bytes: &[u8]) -> Result<RgbImage, ImageFileError> {
+    let format = image::guess_format(bytes)?;
     // The decoder paints what is missing of a JPEG grey, and says nothing.
-    if format == ImageFormat::Jpeg && !jpeg_has_end(&bytes) {
+    if format == ImageFormat::Jpeg && !jpeg_has_end(bytes) {
         return Err(ImageFileError::Cut {});
     }
-    Ok(image::load_from_memory_with_format(&bytes, format)?.into_rgb8())
+    Ok(image::load_from_memory_with_format(bytes, format)?.into_rgb8())
 }
 
 /// Whether an end marker follows the pixels. Segments before the pixels are skipped by their

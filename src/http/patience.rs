@@ -3,43 +3,35 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Bounds of one request, all attempts together. Every key may be left out.
+/// Bounds of one request, all attempts together.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct Patience {
-    /// Longest time to open a connection, milliseconds; 5000 without the key.
+    /// Longest time to open a connection, milliseconds.
     pub connect_ms: u64,
-    /// Longest silence of the server within one attempt, milliseconds; 60000 without the key,
-    /// since a language model may think for long before its first byte.
+    /// Longest silence of the server within one attempt, milliseconds. A language model may think for
+    /// long before its first byte.
     pub read_ms: u64,
-    /// One deadline for everything: attempts, replies and pauses, milliseconds; 120000 without
-    /// the key.
+    /// One deadline for everything: attempts, replies and pauses, milliseconds.
     pub total_ms: u64,
-    /// Most attempts; 4 without the key.
+    /// Most attempts.
     pub attempts_max: u32,
-    /// Pause before the second attempt, milliseconds; doubles with each one; 250 without the key.
+    /// Pause before the second attempt, milliseconds; doubles with each one.
     pub backoff_ms_min: u64,
-    /// Longest pause between attempts that the server did not ask for, milliseconds; 8000 without
-    /// the key.
+    /// Longest pause between attempts that the server did not ask for, milliseconds.
     pub backoff_ms_max: u64,
-    /// Most bytes of a reply; 8388608 without the key.
+    /// Most bytes of a reply.
     pub reply_bytes_max: usize,
-    /// Seed of the pauses' jitter; 0 without the key. Clients of one server that should not knock
-    /// at the same time get different ones.
+    /// Seed of the pauses' jitter. Clients of one server that should not knock at the same time get
+    /// different ones.
     pub jitter_seed: u64,
 }
 
+#[cfg(test)]
 impl Default for Patience {
+    /// What `configs/defaults.toml` says.
     fn default() -> Self {
-        Self {
-            connect_ms: 5_000,
-            read_ms: 60_000,
-            total_ms: 120_000,
-            attempts_max: 4,
-            backoff_ms_min: 250,
-            backoff_ms_max: 8_000,
-            reply_bytes_max: 8 << 20,
-            jitter_seed: 0,
-        }
+        let defaults: toml::Table = crate::settings::DEFAULTS.parse().unwrap();
+        defaults["options"]["retry"].clone().try_into().unwrap()
     }
 }

@@ -203,9 +203,7 @@ fn secrets_are_not_shown() {
 }
 
 #[test]
-fn bounds_are_read_from_a_table_and_misspelt_ones_refused() {
-    let patience: Patience = toml::from_str("total_ms = 5").unwrap();
-    assert_eq!(patience, Patience { total_ms: 5, ..Patience::default() });
+fn misspelt_bounds_are_refused() {
     let error = toml::from_str::<Patience>("totl_ms = 5").unwrap_err();
-    assert!(error.to_string().contains("totl_ms"), "{error}");
+    assert!(error.to_string().contains("unknown field `totl_ms`"), "{error}");
 }

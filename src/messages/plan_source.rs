@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Which source of the plan-reuse cascade gave an answer, from the cheapest to the dearest. Its names
 /// are the values of `planner.rungs`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PlanSource {
     /// The observed facts exclude each other: there is nothing to plan from. Always switched on.
@@ -65,7 +66,7 @@ impl fmt::Display for PlanSource {
 }
 
 /// When the current plan, or a suffix of it, is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {
     /// As long as it leads to the goal.

@@ -15,14 +15,12 @@ pub enum Limit {
     Cycles,
     /// `limits.seconds_max`.
     Seconds,
-    /// `limits.looks_max`.
-    #[serde(rename = "observations")]
-    Looks,
+    /// `limits.observations_max`.
+    Observations,
     /// `limits.unseen_frames_max`.
     UnseenFrames,
-    /// `limits.late_plans_max`.
-    #[serde(rename = "planner-timeouts")]
-    LatePlans,
+    /// `limits.planner_timeouts_max`.
+    PlannerTimeouts,
     /// `limits.failures_max`.
     Failures,
     /// `limits.revisits_max`.
@@ -41,9 +39,9 @@ impl Limit {
         match self {
             Self::Cycles => "limits.cycles_max",
             Self::Seconds => "limits.seconds_max",
-            Self::Looks => "limits.looks_max",
+            Self::Observations => "limits.observations_max",
             Self::UnseenFrames => "limits.unseen_frames_max",
-            Self::LatePlans => "limits.late_plans_max",
+            Self::PlannerTimeouts => "limits.planner_timeouts_max",
             Self::Failures => "limits.failures_max",
             Self::Revisits => "limits.revisits_max",
             Self::SkillTimeout => "limits.skill_timeout_s",

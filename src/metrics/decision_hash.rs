@@ -151,9 +151,9 @@ fn limit_word(limit: Limit) -> &'static str {
     match limit {
         Limit::Cycles => "cycles",
         Limit::Seconds => "seconds",
-        Limit::Looks => "observations",
+        Limit::Observations => "observations",
         Limit::UnseenFrames => "unseen-frames",
-        Limit::LatePlans => "planner-timeouts",
+        Limit::PlannerTimeouts => "planner-timeouts",
         Limit::Failures => "failures",
         Limit::Revisits => "revisits",
         Limit::SkillTimeout => "skill-timeout",

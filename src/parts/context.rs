@@ -3,10 +3,12 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use super::{PartError, Role, read_file};
 use crate::mismatch::Mismatch;
+use crate::settings::read_options;
 
 /// A part that somebody has chosen: its name, its options, and where both were written.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,16 +66,14 @@ impl<T: Role + ?Sized> std::fmt::Debug for PartContext<'_, T> {
 }
 
 impl<T: Role + ?Sized> PartContext<'_, T> {
-    /// The options as the part declares them.
+    /// The options as the part declares them, over its defaults.
     ///
     /// # Errors
-    /// [`PartError::Options`] naming the key.
-    pub fn options<O: DeserializeOwned>(&self) -> Result<O, PartError> {
-        let table = self.choice.options.clone();
-        table.try_into().map_err(|e: toml::de::Error| {
-            let message = format!("{}: {}", T::OPTIONS, e.to_string().trim_end());
-            PartError::Options { file: self.choice.file.clone(), message }
-        })
+    /// [`PartError::Options`] naming every key that is wrong.
+    pub fn options<O: DeserializeOwned + JsonSchema>(&self) -> Result<O, PartError> {
+        let PartChoice { name, options, file, .. } = self.choice;
+        read_options(T::OPTIONS, name, options)
+            .map_err(|message| PartError::Options { file: file.clone(), message })
     }
 
     /// An option has a value that cannot be.

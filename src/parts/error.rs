@@ -4,6 +4,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
+use crate::files::FileError;
 use crate::mismatch::Mismatch;
 
 /// A part cannot be made.
@@ -42,6 +43,12 @@ pub enum PartError {
         /// Why, naming the file or key.
         reason: String,
     },
+}
+
+impl From<FileError> for PartError {
+    fn from(FileError { file, reason }: FileError) -> Self {
+        Self::File { file, message: reason }
+    }
 }
 
 impl PartError {

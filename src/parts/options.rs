@@ -2,7 +2,7 @@
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, to_value};
 
 /// The JSON Schema of a part's options.
 pub type OptionsSchema = fn(&mut SchemaGenerator) -> Schema;
@@ -32,13 +32,14 @@ pub struct PartOption {
     pub meaning: String,
 }
 
-/// The options that a schema declares, in their order.
-pub(super) fn described(schema: OptionsSchema) -> Vec<PartOption> {
+/// The options that a schema declares, in their order, with their defaults.
+pub(super) fn described(schema: OptionsSchema, defaults: &toml::Table) -> Vec<PartOption> {
     let mut generator = SchemaGenerator::default();
     let schema = schema(&mut generator).to_value();
     let definitions = generator.take_definitions(true);
     let mut options = Vec::new();
-    Reader { definitions: &definitions, options: &mut options }.table(&schema, "");
+    let defaults = toml::Value::Table(defaults.clone());
+    Reader { definitions: &definitions, options: &mut options }.table(&schema, "", Some(&defaults));
     options
 }
 
@@ -61,7 +62,7 @@ impl Reader<'_> {
         }
     }
 
-    fn table(&mut self, schema: &Value, within: &str) {
+    fn table(&mut self, schema: &Value, within: &str, defaults: Option<&toml::Value>) {
         let table = self.resolve(schema).clone();
         let required = table.get("required").and_then(Value::as_array);
         let is_required = |name: &str| required.is_some_and(|r| r.iter().any(|n| n == name));
@@ -69,21 +70,19 @@ impl Reader<'_> {
             table.get("properties").and_then(Value::as_object).into_iter().flatten()
         {
             let name_here = format!("{within}{name}");
+            let default = defaults.and_then(|defaults| defaults.get(name));
             let inner = self.resolve(property).clone();
             let text =
                 |of: &Value| of.get("description").and_then(Value::as_str).map(str::to_owned);
             self.options.push(PartOption {
                 name: name_here.clone(),
                 kind: self.kind(&inner),
-                required: is_required(name),
-                default: property
-                    .get("default")
-                    .filter(|d| !d.is_null() && !d.is_object())
-                    .cloned(),
+                required: default.is_none() && is_required(name),
+                default: default.filter(|d| !d.is_table()).and_then(|d| to_value(d).ok()),
                 meaning: text(property).or_else(|| text(&inner)).unwrap_or_default(),
             });
             if inner.get("properties").is_some() {
-                self.table(&inner, &format!("{name_here}."));
+                self.table(&inner, &format!("{name_here}."), default);
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::options::{OptionsSchema, PartOption, described};
 use super::{PartChoice, PartContext, PartError, Role};
 use crate::mismatch::Mismatch;
+use crate::settings::default_options;
 
 /// A part, as its file declares it.
 pub struct Part<T: Role + ?Sized> {
@@ -19,7 +20,7 @@ pub struct Part<T: Role + ?Sized> {
 impl<T: Role + ?Sized> Part<T> {
     /// Its options, in the order in which it declares them; those of a table follow the table.
     pub fn described(&self) -> Vec<PartOption> {
-        described(self.options)
+        described(self.options, &default_options(T::OPTIONS, self.name))
     }
 }
 
@@ -66,15 +67,10 @@ impl<T: Role + ?Sized> Registry<T> {
     /// [`PartError`]: there is no such part, it has no such option, or it cannot be made here.
     pub fn build(&self, context: &PartContext<'_, T>) -> Result<Box<T>, PartError> {
         let part = self.find(&context.choice.key, &context.choice.name)?;
-        let known: Vec<String> = part.described().into_iter().map(|option| option.name).collect();
-        if let Some(key) = context.choice.options.keys().find(|key| !known.contains(key)) {
-            let PartChoice { name, file, .. } = context.choice;
-            let (kind, expected) = (T::NAME, known.join(", "));
-            let message = if known.is_empty() {
-                format!("{}.{key}: the {kind} \"{name}\" has no options", T::OPTIONS)
-            } else {
-                format!("{}: unknown option {key}, expected {expected}", T::OPTIONS)
-            };
+        let PartChoice { name, file, options, .. } = context.choice;
+        if let Some(key) = options.keys().next().filter(|_| part.described().is_empty()) {
+            let kind = T::NAME;
+            let message = format!("{}.{key}: the {kind} \"{name}\" has no options", T::OPTIONS);
             return Err(PartError::Options { file: file.clone(), message });
         }
         (part.build)(context)

@@ -75,10 +75,10 @@ fn a_part_is_made_from_its_options_and_inputs() {
 fn what_is_wrong_is_told_by_key() {
     for (name, options, wanted) in [
         ("gong", "", "toy.kind: expected drum or stick, got gong"),
-        ("drum", "", "run.toml: toy.options: missing field `beats`"),
+        ("drum", "", "run.toml: missing key: toy.options.beats"),
         ("drum", "beats = 0", "run.toml: toy.options.beats: expected 1 or more, got 0"),
-        ("drum", "beets = 1", "run.toml: toy.options: unknown option beets, expected beats, score"),
-        ("drum", "beats = 'two'", "invalid type: string \"two\""),
+        ("drum", "beets = 1", "toy.options.beets: unknown key; did you mean beats?"),
+        ("drum", "beats = 'two'", "toy.options.beats: expected an integer, 0 or more, got \"two\""),
         ("drum", "beats = 1\nscore = 'none'", "none: No such file"),
         ("stick", "beats = 1", "run.toml: toy.options.beats: the toy \"stick\" has no options"),
     ] {

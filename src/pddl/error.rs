@@ -112,6 +112,14 @@ impl SourcePosition {
         }
     }
 
+    /// The line with its number and, below it, carets under the span's part of it.
+    pub(crate) fn shown(&self) -> String {
+        let (line, carets) = self.excerpt();
+        let number = self.line.to_string();
+        let gutter = " ".repeat(number.len());
+        format!("{gutter} |\n{number} | {line}\n{gutter} | {carets}\n")
+    }
+
     /// The line and, below it, carets under the span's part of it.
     fn excerpt(&self) -> (String, String) {
         let before = self.column - 1;
@@ -164,9 +172,7 @@ impl fmt::Display for SourcePosition {
 impl PddlError {
     /// The message with the source line, the text concerned underlined, and its context.
     pub fn render(&self) -> String {
-        let (line, carets) = self.place.excerpt();
-        let number = self.place.line.to_string();
-        let gutter = " ".repeat(number.len());
+        let gutter = " ".repeat(self.place.line.to_string().len());
         let context = match self.context.as_str() {
             "" => String::new(),
             context => format!("{gutter}--> {context}\n"),
@@ -175,8 +181,7 @@ impl PddlError {
             None => String::new(),
             Some(help) => format!("{gutter} = help: {help}\n"),
         };
-        let excerpt = format!("{gutter} |\n{number} | {line}\n{gutter} | {carets}\n");
-        format!("{self}\n{context}{excerpt}{help}")
+        format!("{self}\n{context}{}{help}", self.place.shown())
     }
 }
 

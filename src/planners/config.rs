@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{PLANNERS, Planner, PlannerInputs};
@@ -11,38 +12,40 @@ use crate::parts::{PartChoice, PartContext, PartError};
 use crate::planning::Budget;
 
 /// `[planner]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlannerConfig {
-    /// A key of `planners::PLANNERS`.
+    /// What plans.
     pub name: String,
     /// When the current plan is kept.
     pub reuse: Reuse,
-    /// The sources of the plan-reuse cascade that are switched on, in any order.
+    /// The sources of plans that are switched on.
     pub rungs: Vec<PlanSource>,
-    /// Most states that one call expands.
+    /// Most states that the search for any plan expands in one call.
     pub expansions_max: u64,
-    /// Most states that the admissible search expands before the satisficing one takes over.
+    /// Most states that the search for a cheapest plan expands, before the search for any plan takes
+    /// over.
     pub optimal_expansions_max: u64,
-    /// Most states that one call expands to make a plan cheaper.
+    /// Most states that are expanded to make a plan cheaper that is not proven to be a cheapest one.
     pub improve_expansions_max: u64,
-    /// How long one call may search, milliseconds; in lockstep only the counts bound it.
+    /// Longest search, milliseconds; in lockstep the counts alone bound it.
     pub deadline_ms: u64,
-    /// Cost that each failure adds to an action.
+    /// Cost that each failure adds to a step.
     pub failure_penalty: u32,
-    /// The goal-rooted distance table.
+    /// Distances of states to the goal, computed beside the loop.
     pub table: TableConfig,
-    /// The planner's own options.
+    /// The options of the planner.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
 }
 
 /// `[planner.table]`: the goal-rooted distance table, which is made beside the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableConfig {
-    /// Most states.
+    /// Most states of the table.
     pub states_max: u64,
-    /// Most memory, bytes.
+    /// Most memory of the table, bytes.
     pub bytes_max: u64,
     /// In lockstep a table is used from so many cycles after it was asked for, and waited for then.
     pub adopt_after_cycles: u64,

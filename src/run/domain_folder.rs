@@ -1,10 +1,12 @@
 //! A domain folder: all that the loop knows of a task.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
 
-use super::{ConfigError, read_text};
+use super::ConfigError;
+use super::find::find_domain;
+use crate::files::Folder;
 use crate::goals::Language;
 use crate::pddl::{Axiom, Domain, SourceText, parse_domain, parse_rules};
 use crate::perception::Pipeline;
@@ -16,7 +18,7 @@ use crate::skills::SkillMap;
 #[derive(Debug, Clone)]
 pub struct DomainFolder {
     /// The folder.
-    pub path: PathBuf,
+    pub files: Folder,
     /// `domain.pddl`.
     pub domain: Domain,
     /// Its text.
@@ -36,17 +38,14 @@ pub struct DomainFolder {
 }
 
 impl DomainFolder {
-    /// Finds and reads a domain folder. `name` is a folder's path, or the name of a folder in
-    /// `domains/` beside the run file's folder or in the working directory.
+    /// Finds and reads a domain folder by its path or its name: beside the file that names it, in the
+    /// working directory, or in the binary.
     ///
     /// # Errors
     /// [`ConfigError`] naming the file and line.
-    pub fn find(name: &str, origin: &Path) -> Result<Self, ConfigError> {
-        let beside = origin.parent().and_then(Path::parent).map(|p| p.join("domains").join(name));
-        let candidates = [Some(PathBuf::from(name)), Some(Path::new("domains").join(name)), beside];
-        let found = candidates.into_iter().flatten().find(|p| p.join("domain.pddl").is_file());
-        match found {
-            Some(path) => Self::read(&path),
+    pub fn find(name: &str, beside: &Folder) -> Result<Self, ConfigError> {
+        match find_domain(name, beside) {
+            Some(folder) => Self::read_files(&folder),
             None => Err(ConfigError::Value {
                 key: "domain".to_owned(),
                 expected: "a folder with a domain.pddl, or the name of one in domains/".to_owned(),
@@ -68,27 +67,35 @@ impl DomainFolder {
     /// Its scenes, for the simulator.
     #[cfg(feature = "sim")]
     pub fn scenes(&self) -> crate::hardware::sim::ScenesOf<'_> {
-        let Self { path, domain, perception, .. } = self;
-        crate::hardware::sim::ScenesOf { folder: path, domain, perception }
+        let Self { files, domain, perception, .. } = self;
+        crate::hardware::sim::ScenesOf { folder: files, domain, perception }
     }
 
-    /// Reads a domain folder.
+    /// Reads a domain folder on disk.
     ///
     /// # Errors
     /// [`ConfigError`] naming the file and line.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        Self::read_files(&Folder::Disk(path.to_owned()))
+    }
+
+    /// Reads a domain folder, on disk or in the binary.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn read_files(files: &Folder) -> Result<Self, ConfigError> {
         let mut hash = Sha256::new();
-        let mut read = |file: &str| -> Result<Option<SourceText>, ConfigError> {
-            let file = path.join(file);
-            if !file.is_file() {
+        let mut read = |name: &str| -> Result<Option<SourceText>, ConfigError> {
+            let file = files.file(name);
+            if !file.exists() {
                 return Ok(None);
             }
-            let text = read_text(&file)?;
+            let text = file.text()?;
             hash.update(text.as_bytes());
-            Ok(Some(SourceText { name: file.display().to_string(), text }))
+            Ok(Some(SourceText { name: file.to_string(), text }))
         };
         let missing = |file: &str| ConfigError::File {
-            path: path.join(file).display().to_string(),
+            path: files.file(file).to_string(),
             reason: "the domain folder needs this file".to_owned(),
         };
         let source = read("domain.pddl")?.ok_or_else(|| missing("domain.pddl"))?;
@@ -113,7 +120,7 @@ impl DomainFolder {
         let digest: [u8; 32] = hash.finalize().into();
         let [a, b, c, d, e, f, g, h, ..] = digest;
         let hash = u64::from_le_bytes([a, b, c, d, e, f, g, h]);
-        let path = path.to_owned();
-        Ok(Self { path, domain, domain_text, rules, perception, language, skills, hash, warnings })
+        let files = files.clone();
+        Ok(Self { files, domain, domain_text, rules, perception, language, skills, hash, warnings })
     }
 }

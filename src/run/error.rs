@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::actors::Fatal;
+use crate::files::FileError;
 use crate::goals::GoalError;
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
@@ -11,6 +12,7 @@ use crate::perception::detectors::DetectorError;
 use crate::perception::grounders::GrounderError;
 use crate::perception::model::{ExemplarError, PerceptionError};
 use crate::perception::{ImageError, StillError};
+use crate::settings::Problem;
 use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
@@ -33,14 +35,9 @@ pub enum ConfigError {
         /// The parser's message, with line, column and the line itself.
         message: String,
     },
-    /// A `--set key=value` is not understood.
-    #[error("--set {text}: {reason}")]
-    Set {
-        /// What was given.
-        text: String,
-        /// What is wrong with it.
-        reason: String,
-    },
+    /// Settings are not usable: every fault, with its place.
+    #[error("{}", joined(.0))]
+    Problems(Vec<Problem>),
     /// A key has a value that cannot be.
     #[error("{key}: expected {expected}, got {got}")]
     Value {
@@ -94,9 +91,11 @@ impl ConfigError {
         match self {
             Self::Pddl(error) | Self::Exemplar(ExemplarError::State(error)) => error.render(),
             Self::Goal(error) => error.render(),
+            Self::Problems(problems) => {
+                problems.iter().map(Problem::render).collect::<Vec<_>>().join("\n")
+            }
             Self::File { .. }
             | Self::Toml { .. }
-            | Self::Set { .. }
             | Self::Value { .. }
             | Self::Mismatch(_)
             | Self::Perception(_)
@@ -116,6 +115,22 @@ impl From<StillError> for ConfigError {
             StillError::Detector(error) => error.into(),
             StillError::Grounder(error) => error.into(),
         }
+    }
+}
+
+fn joined(problems: &[Problem]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+impl From<Vec<Problem>> for ConfigError {
+    fn from(problems: Vec<Problem>) -> Self {
+        Self::Problems(problems)
+    }
+}
+
+impl From<FileError> for ConfigError {
+    fn from(FileError { file, reason }: FileError) -> Self {
+        Self::File { path: file, reason }
     }
 }
 

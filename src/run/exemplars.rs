@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 
-use super::{ConfigError, DomainFolder, ExemplarConfig, read_text};
-use crate::hardware::file::read_rgb;
+use super::{ConfigError, DomainFolder, ExemplarConfig};
+use crate::files::{FileRef, Folder};
+use crate::hardware::file::decode_rgb;
 use crate::parts::{PartChoice, PartContext};
 use crate::pddl::SourceText;
 use crate::perception::ImageView;
@@ -24,37 +25,58 @@ const BESIDE: [&str; 2] = [".masks.json", ".volumes.json"];
 /// # Errors
 /// [`ConfigError::File`] naming the file: missing, truncated, or not an image.
 pub fn read_image(path: &Path) -> Result<RgbImage, ConfigError> {
-    read_rgb(path)
-        .map_err(|e| ConfigError::File { path: path.display().to_string(), reason: e.to_string() })
+    image_of(&FileRef::disk(path))
 }
 
-/// Reads one labelled example from its three files.
-///
-/// # Errors
-/// [`ConfigError`] naming file and field.
-pub fn exemplar_from_files(
-    image: &Path,
-    boxes: &Path,
-    state: &Path,
-    folder: &DomainFolder,
-) -> Result<(RgbImage, Exemplar), ConfigError> {
-    let picture = read_image(image)?;
-    let source = |path: &Path| -> Result<SourceText, ConfigError> {
-        Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
-    };
-    let beside = |ending: &str| -> Result<Option<SourceText>, ConfigError> {
-        let path = Some(boxes.with_extension(ending)).filter(|path| path.is_file());
-        path.map(|path| source(&path)).transpose()
-    };
-    let text = ExemplarText {
-        boxes: source(boxes)?,
-        state: source(state)?,
-        volumes: beside("volumes.json")?,
-        masks: beside("masks.json")?,
-        image_size: [picture.width(), picture.height()],
-    };
-    let exemplar = Exemplar::parse(&text, &folder.domain)?;
-    Ok((picture, exemplar))
+fn image_of(file: &FileRef) -> Result<RgbImage, ConfigError> {
+    decode_rgb(&file.bytes()?)
+        .map_err(|e| ConfigError::File { path: file.to_string(), reason: e.to_string() })
+}
+
+/// The files of one labelled example.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExemplarFiles {
+    /// The image (PNG or JPEG).
+    pub image: FileRef,
+    /// Its boxes (JSON). Masks and volumes lie beside it, where they are known.
+    pub boxes: FileRef,
+    /// Its state, a PDDL problem.
+    pub state: FileRef,
+}
+
+impl ExemplarFiles {
+    /// Files on disk.
+    pub fn on_disk(image: &Path, boxes: &Path, state: &Path) -> Self {
+        Self {
+            image: FileRef::disk(image),
+            boxes: FileRef::disk(boxes),
+            state: FileRef::disk(state),
+        }
+    }
+
+    /// Reads the example.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming file and field.
+    pub fn read(&self, folder: &DomainFolder) -> Result<(RgbImage, Exemplar), ConfigError> {
+        let picture = image_of(&self.image)?;
+        let source = |file: &FileRef| -> Result<SourceText, ConfigError> {
+            Ok(SourceText { name: file.to_string(), text: file.text()? })
+        };
+        let beside = |ending: &str| -> Result<Option<SourceText>, ConfigError> {
+            let file = Some(self.boxes.with_ending(ending)).filter(FileRef::exists);
+            file.map(|file| source(&file)).transpose()
+        };
+        let text = ExemplarText {
+            boxes: source(&self.boxes)?,
+            state: source(&self.state)?,
+            volumes: beside("volumes.json")?,
+            masks: beside("masks.json")?,
+            image_size: [picture.width(), picture.height()],
+        };
+        let exemplar = Exemplar::parse(&text, &folder.domain)?;
+        Ok((picture, exemplar))
+    }
 }
 
 impl ExemplarConfig {
@@ -67,23 +89,23 @@ impl ExemplarConfig {
         folder: &DomainFolder,
         data: Option<&Path>,
     ) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
-        let files = self.files(folder, data)?;
-        let read = files.iter().map(|[i, b, s]| exemplar_from_files(i, b, s, folder));
-        read.collect()
+        self.files(folder, data)?.iter().map(|files| files.read(folder)).collect()
     }
 
     fn files(
         &self,
         folder: &DomainFolder,
         data: Option<&Path>,
-    ) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
+    ) -> Result<Vec<ExemplarFiles>, ConfigError> {
         match (&self.folder, &self.image, &self.boxes, &self.state) {
-            (Some(name), None, None, None) => in_folder(&folder.path.join("exemplar").join(name)),
-            (None, Some(image), Some(boxes), Some(state)) => Ok(vec![[
-                self.resolve(image, data)?,
-                self.resolve(boxes, data)?,
-                self.resolve(state, data)?,
-            ]]),
+            (Some(name), None, None, None) => {
+                in_folder(&folder.files.below("exemplar").below(name))
+            }
+            (None, Some(image), Some(boxes), Some(state)) => Ok(vec![ExemplarFiles::on_disk(
+                &self.resolve(image, data)?,
+                &self.resolve(boxes, data)?,
+                &self.resolve(state, data)?,
+            )]),
             _ => Err(ConfigError::Value {
                 key: "perception.exemplar".to_owned(),
                 expected: "either folder, or image, boxes and state".to_owned(),
@@ -113,30 +135,20 @@ pub(crate) fn in_data(key: &str, text: &str, data: Option<&Path>) -> Result<Path
 
 /// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and where they
 /// are known `x.masks.json` and `x.volumes.json`.
-fn in_folder(folder: &Path) -> Result<Vec<[PathBuf; 3]>, ConfigError> {
-    let fault = |path: &Path, reason: String| ConfigError::File {
-        path: path.display().to_string(),
-        reason,
-    };
-    let entries = std::fs::read_dir(folder).map_err(|e| fault(folder, e.to_string()))?;
-    let mut boxes: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.extension().is_some_and(|e| e == "json"))
-        .filter(|path| !BESIDE.iter().any(|e| path.to_string_lossy().ends_with(e)))
-        .collect();
-    boxes.sort();
-    if boxes.is_empty() {
-        return Err(fault(folder, "no labelled example (*.json) in this folder".to_owned()));
+fn in_folder(folder: &Folder) -> Result<Vec<ExemplarFiles>, ConfigError> {
+    let fault = |path: String, reason: &str| ConfigError::File { path, reason: reason.to_owned() };
+    let mut names = folder.names(".json")?;
+    names.retain(|name| !BESIDE.iter().any(|ending| name.ends_with(ending)));
+    if names.is_empty() {
+        return Err(fault(folder.to_string(), "no labelled example (*.json) in this folder"));
     }
-    boxes
-        .into_iter()
-        .map(|boxes| {
-            let image = IMAGE_ENDINGS.iter().map(|e| boxes.with_extension(e)).find(|p| p.is_file());
-            let image = image.ok_or_else(|| fault(&boxes, "its image is missing".to_owned()))?;
-            let state = boxes.with_extension("pddl");
-            Ok([image, boxes, state])
-        })
-        .collect()
+    let files = names.iter().map(|name| {
+        let boxes = folder.file(name);
+        let image = IMAGE_ENDINGS.iter().map(|e| boxes.with_ending(e)).find(FileRef::exists);
+        let image = image.ok_or_else(|| fault(boxes.to_string(), "its image is missing"))?;
+        Ok(ExemplarFiles { image, state: boxes.with_ending("pddl"), boxes })
+    });
+    files.collect()
 }
 
 impl DomainFolder {

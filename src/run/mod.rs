@@ -1,8 +1,10 @@
 //! Run files and domain folders: text on disk to checked values, before anything starts.
 
 mod error;
+mod find;
 mod load;
 mod run_file;
+mod schema;
 mod domain_folder;
 mod exemplars;
 mod still_image;
@@ -16,13 +18,15 @@ mod tests;
 pub use domain_folder::DomainFolder;
 pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
+pub use exemplars::{ExemplarFiles, read_image};
 pub(crate) use exemplars::{environment, in_data, view_of};
-pub use exemplars::{exemplar_from_files, read_image};
-pub use load::{load_run, read_text};
+pub use load::{Layered, load_run, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
 pub use run_file::{
-    CameraConfig, CameraKind, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig, RobotKind,
-    RunConfig,
+    CameraConfig, CameraKind, DetectorMode, ExemplarConfig, GoalConfig, PerceptionConfig,
+    RobotConfig, RobotKind, RunConfig,
 };
+pub(crate) use schema::{file_schema, schema_with_parts};
+pub use schema::{run_file_schema, run_schema};
 pub use still_image::{StillImageParts, StillImageReader};
 pub use wiring::PreparedRun;

@@ -1,12 +1,12 @@
 //! From `[planner]` of a file to the planner actor: for an episode and for the stress test.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::{ConfigError, environment};
 use crate::actors::{ActorSpec, Checkpoint, Monitor, planner};
 use crate::clock::{ClockKind, monotonic_ns};
+use crate::files::FileRef;
 use crate::logic::Facts;
 use crate::pddl::Domain;
 use crate::planners::PlannerConfig;
@@ -20,7 +20,7 @@ pub(crate) struct PlannerSetup<'a> {
     pub(crate) domain: &'a Domain,
     pub(crate) config: &'a PlannerConfig,
     /// The file that `config` was read from: for messages and relative paths.
-    pub(crate) origin: &'a Path,
+    pub(crate) origin: &'a FileRef,
     /// In lockstep no decision may depend on how fast the machine is.
     pub(crate) clock: ClockKind,
 }
@@ -35,7 +35,7 @@ impl PlannerSetup<'_> {
         reference_states: impl Iterator<Item = Facts>,
     ) -> Result<Replanner, ConfigError> {
         let config = self.config;
-        let planner = config.planner(self.origin, environment)?;
+        let planner = config.planner(&self.origin.path(), environment)?;
         let domain = Arc::new(self.domain.clone());
         let replanner = Replanner::new(domain, planner.into(), config, reference_states.collect());
         Ok(match self.clock {

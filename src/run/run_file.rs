@@ -1,35 +1,47 @@
 //! A run file, as written. `configs/*.toml` describe every key.
 
-use std::path::PathBuf;
+use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::ConfigError;
+use super::{ConfigError, DomainFolder};
 use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
+use crate::files::FileRef;
 use crate::hardware::FaultConfig;
+use crate::mismatch::Mismatch;
 use crate::parts::PartChoice;
-use crate::perception::tracking::{BeliefConfig, HullConfig};
+use crate::pddl::Name;
+use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
 use crate::planners::PlannerConfig;
+use crate::settings::{Layers, Problem, did_you_mean};
 use crate::skills::MotionConfig;
 
-/// Everything an episode needs to know.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// A run file: everything that an episode needs to know. `configs/defaults.toml` is the reference of
+/// every key.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
     /// The file it was read from.
     #[serde(skip)]
-    pub origin: PathBuf,
-    /// Its text with all that was set over it, as TOML: what a process that joins the run is told.
+    pub origin: FileRef,
+    /// The file with all that it is laid over, as TOML: what a process that joins the run is told.
     #[serde(skip)]
     pub resolved: String,
-    /// Name of a folder below `domains/`, or the path of a domain folder.
+    /// Where each value was written, for messages.
+    #[serde(skip)]
+    pub layers: Option<Arc<Layers>>,
+    /// The file that this one is laid over: a path, which starts from this file's folder, or the
+    /// name of a shipped file, such as "blocksworld".
+    pub extends: Option<String>,
+    /// The name of a domain, a folder of `domains/`, or the path of a domain folder.
     pub domain: String,
-    /// Name of the run on the bus; without one, the file's name (and, where the simulator plays
-    /// the hardware, the process id, so that runs do not meet).
+    /// Name of the run on the bus. Without the key the file's name; where the simulator plays the
+    /// hardware with the process id behind it, so that runs do not meet.
     pub run: Option<String>,
-    /// Seed of everything random.
+    /// Seed of everything random: scene, light, noise.
     pub seed: u64,
     /// Which clock drives the loop.
     pub clock: ClockKind,
@@ -43,11 +55,16 @@ pub struct RunConfig {
     pub robot: RobotConfig,
     /// How plans are found.
     pub planner: PlannerConfig,
-    /// Every bound of the loop.
+    /// Every bound of the loop. When one is met, the verdict names it.
     pub limits: Limits,
     /// How failed actors are restarted.
     pub supervisor: SupervisorConfig,
-    /// The simulated world, for the parts of kind `sim`; read by them.
+    /// The simulated world, for a camera of kind "sim".
+    #[cfg_attr(feature = "sim", schemars(with = "Option<crate::hardware::sim::SimConfig>"))]
+    #[cfg_attr(
+        not(feature = "sim"),
+        schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")
+    )]
     pub sim: Option<toml::Table>,
     /// Disturbances of the simulated world.
     #[serde(default)]
@@ -58,31 +75,34 @@ pub struct RunConfig {
 }
 
 /// `[goal]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalConfig {
-    /// A key of `goals::GOALS`.
+    /// What reads the goal.
     pub kind: String,
-    /// The instruction, or the logical goal in PDDL.
+    /// The goal: a sentence, PDDL for the kind "logical", the path of a photograph for the kind
+    /// "image".
     pub text: String,
-    /// The source's own options.
+    /// The options of what reads the goal.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
 }
 
 /// `[camera]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraConfig {
-    /// What it is.
+    /// Who captures the frames.
     pub kind: CameraKind,
     /// Frames per second.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_hz: f64,
     /// How long a frame may be missing before the run ends with exit code 5, seconds of wall time.
     pub wait_s: f64,
 }
 
 /// Where frames come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum CameraKind {
     /// Another process publishes them.
@@ -92,37 +112,49 @@ pub enum CameraKind {
 }
 
 /// `[perception]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PerceptionConfig {
-    /// A key of `detectors::DETECTORS`.
+    /// What finds the objects.
     pub detector: String,
-    /// The detector's own options.
+    /// The options of the detector.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
-    /// Whether the detector works beside the loop instead of in it (realtime only): the loop goes
-    /// on with the last scene, at that scene's age. Without the key, slow detectors do.
-    pub beside: Option<bool>,
-    /// A key of `grounders::GROUNDERS`.
+    /// Whether each frame waits for the detector. Without the key "async" for slow detectors, else
+    /// "sync".
+    pub detector_mode: Option<DetectorMode>,
+    /// What judges the facts.
     pub grounder: String,
-    /// The grounder's own options.
+    /// The options of the grounder.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub grounder_options: Option<toml::Table>,
-    /// The labelled examples of this camera.
+    /// The labelled examples of this camera: a folder, or one image with its boxes and state.
     pub exemplar: ExemplarConfig,
     /// When a change is believed.
     pub belief: BeliefConfig,
 }
 
+/// Whether frames wait for the detector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DetectorMode {
+    /// It works beside the loop, which goes on with the last scene at that scene's age; realtime only.
+    Async,
+    /// It works in the loop.
+    Sync,
+}
+
 /// The labelled examples of one camera set-up.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExemplarConfig {
     /// A folder below the domain's `exemplar/`; all examples in it are pooled.
     pub folder: Option<String>,
-    /// One image. `$data` stands for `--data`, `{n}` for `number`.
+    /// One image instead. `$data` stands for `--data`, `{n}` for `number`.
     pub image: Option<String>,
-    /// Its boxes, JSON `{"name": [x1, y1, x2, y2]}`.
+    /// The boxes of that image: JSON, `{"name": [x1, y1, x2, y2]}` in pixels.
     pub boxes: Option<String>,
-    /// Its state, a PDDL problem.
+    /// The state in that image: a PDDL problem.
     pub state: Option<String>,
     /// What `{n}` stands for.
     pub number: Option<u32>,
@@ -137,19 +169,20 @@ impl ExemplarConfig {
 }
 
 /// `[robot]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
-    /// What it is.
+    /// What acts.
     pub kind: RobotKind,
-    /// How it moves; not for `none`.
+    /// How the robot moves. Lengths in metres, in the world frame.
     pub motion: Option<MotionConfig>,
-    /// Its shape in the picture; not for `none`.
-    pub hull: Option<HullConfig>,
+    /// A box around the tool that contains every part of the robot that the camera may see: what it
+    /// hides keeps its last facts. Lengths in metres from the tool centre, along the world's axes.
+    pub self_filter: Option<SelfFilterConfig>,
 }
 
 /// What acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum RobotKind {
     /// Nothing: the first confirmed plan is the result.
@@ -159,67 +192,100 @@ pub enum RobotKind {
 }
 
 impl RunConfig {
-    /// Checks what types cannot say.
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let value = |key: &str, expected: &str, got: String| {
-            Err(ConfigError::Value { key: key.to_owned(), expected: expected.to_owned(), got })
-        };
-        if !(self.camera.rate_hz.is_finite() && self.camera.rate_hz > 0.0) {
-            let got = self.camera.rate_hz.to_string();
-            return value("camera.rate_hz", "a positive number", got);
+    /// What types cannot say and is not so, each by its key.
+    pub(super) fn mismatches(&self) -> Vec<Mismatch> {
+        let mut found = Vec::new();
+        if !self.camera.rate_hz.is_finite() {
+            found.push(Mismatch::new("camera.rate_hz", "a finite number", self.camera.rate_hz));
         }
         let sim = [self.camera.kind == CameraKind::Sim, self.robot.kind == RobotKind::Sim];
-        if sim.contains(&true) && self.sim.is_none() {
-            return value(
-                "sim",
-                "a table, for a camera or robot of kind \"sim\"",
-                "none".to_owned(),
-            );
+        if sim[0] && self.sim.is_none() {
+            found.push(Mismatch::new("sim", "a table, for a camera of kind \"sim\"", "none"));
         }
         if sim == [false, true] {
-            let got = "a simulated robot".to_owned();
-            return value("camera.kind", "\"sim\" beside a robot of kind \"sim\"", got);
+            let expected = "\"sim\" beside a robot of kind \"sim\"";
+            found.push(Mismatch::new("camera.kind", expected, "\"external\""));
         }
         if self.clock == ClockKind::Lockstep && sim != [true, true] {
-            let got = "lockstep".to_owned();
-            return value("clock", "\"realtime\", unless camera and robot are simulated", got);
+            let expected = "\"realtime\", unless camera and robot are simulated";
+            found.push(Mismatch::new("clock", expected, "\"lockstep\""));
         }
-        if self.clock == ClockKind::Lockstep && self.perception.beside == Some(true) {
-            let got = "true in lockstep, where every frame waits for its answer".to_owned();
-            return value("perception.beside", "false, or clock = \"realtime\"", got);
+        let mode = self.perception.detector_mode;
+        if self.clock == ClockKind::Lockstep && mode == Some(DetectorMode::Async) {
+            let got = "\"async\" in lockstep, where every frame waits for its answer";
+            let expected = "\"sync\", or clock = \"realtime\"";
+            found.push(Mismatch::new("perception.detector_mode", expected, got));
         }
-        self.planner.check()?;
-        if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
-            return value("robot.motion", "a table, for a robot that acts", "none".to_owned());
-        }
-        for &pose in self.robot.motion.iter().flat_map(|motion| &motion.look_poses) {
-            let reaches = self.robot.motion.as_ref().is_some_and(|motion| motion.reaches(pose));
-            if !reaches {
-                let expected = "positions within reach_x_m and reach_y_m, above table_z_m";
-                return value("robot.motion.look_poses", expected, format!("{pose:?}"));
+        found.extend(self.planner.check().err());
+        found.extend(self.robot.mismatches());
+        found.extend(self.perception.exemplar.mismatch());
+        if self.camera.kind == CameraKind::External {
+            let tables = [("sim", self.sim.is_some()), ("fault", !self.fault.is_empty())];
+            for (table, _) in tables.into_iter().filter(|(_, is_there)| *is_there) {
+                found.push(Mismatch::new(
+                    table,
+                    "none, since the camera is not simulated",
+                    "a table",
+                ));
             }
         }
-        for fault in &self.fault {
-            if fault.at_s.is_some() == fault.during.is_some() {
-                let got = if fault.at_s.is_some() { "both" } else { "neither" };
-                return value("fault", "either at_s or during", got.to_owned());
-            }
+        for (idx, fault) in self.fault.iter().enumerate() {
+            found.extend(fault.mismatch(&format!("fault[{idx}]")));
         }
-        Ok(())
+        found
+    }
+
+    /// Checks what names something of the domain: the steps that faults wait for.
+    ///
+    /// # Errors
+    /// [`ConfigError::Problems`], each with file and line.
+    pub fn check_domain(&self, folder: &DomainFolder) -> Result<(), ConfigError> {
+        let actions = &folder.domain.actions;
+        let unknown = |(idx, fault): (usize, &FaultConfig)| {
+            let said = fault.during.as_deref()?;
+            let words = said.trim_matches(['(', ')']).split_whitespace();
+            let name = Name::new(words.clone().next().unwrap_or_default());
+            let args = words.count().saturating_sub(1);
+            let action = actions.iter().find(|action| action.name == name);
+            if action.is_some_and(|action| args == 0 || args == action.params.len()) {
+                return None;
+            }
+            let known: Vec<&str> = actions.iter().map(|action| action.name.as_str()).collect();
+            let expected = format!(
+                "an action of the domain {} ({}) or a step such as \"(stack a b arm)\"",
+                folder.domain.name,
+                known.join(", ")
+            );
+            let near = did_you_mean(name.as_str(), known).filter(|near| name != *near);
+            let near = near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
+            let at = format!("fault[{idx}].during");
+            Some(self.located(Mismatch::new(at, expected, format!("\"{said}\"{near}"))))
+        };
+        let problems: Vec<Problem> = self.fault.iter().enumerate().filter_map(unknown).collect();
+        if problems.is_empty() { Ok(()) } else { Err(problems.into()) }
+    }
+
+    /// A mismatch with the place where its key was written.
+    pub(crate) fn located(&self, mismatch: Mismatch) -> Problem {
+        let file = self.origin.to_string();
+        match &self.layers {
+            Some(layers) => layers.located(mismatch, &file),
+            None => Problem::of_file(&file, "", mismatch.to_string()),
+        }
     }
 
     /// The detector that is chosen.
     pub fn detector_choice(&self) -> PartChoice {
         let PerceptionConfig { detector, options, .. } = &self.perception;
         PartChoice::new("perception.detector", detector)
-            .with_options(options.as_ref(), &self.origin)
+            .with_options(options.as_ref(), self.origin.path())
     }
 
     /// The grounder that is chosen.
     pub fn grounder_choice(&self) -> PartChoice {
         let PerceptionConfig { grounder, grounder_options, .. } = &self.perception;
         PartChoice::new("perception.grounder", grounder)
-            .with_options(grounder_options.as_ref(), &self.origin)
+            .with_options(grounder_options.as_ref(), self.origin.path())
     }
 
     /// The simulated world.
@@ -236,10 +302,54 @@ impl RunConfig {
         if let Some(run) = &self.run {
             return run.clone();
         }
-        let stem = self.origin.file_stem().and_then(|s| s.to_str()).unwrap_or("run");
+        let stem = self.origin.stem();
         match self.camera.kind {
             CameraKind::External => stem.to_owned(),
             CameraKind::Sim => format!("{stem}-{}", std::process::id()),
         }
+    }
+}
+
+impl RobotConfig {
+    fn mismatches(&self) -> Vec<Mismatch> {
+        let mut found = Vec::new();
+        let acts = self.kind != RobotKind::None;
+        if acts && self.motion.is_none() {
+            found.push(Mismatch::new("robot.motion", "a table, for a robot that acts", "none"));
+        }
+        let tables = [
+            ("robot.motion", self.motion.is_some()),
+            ("robot.self_filter", self.self_filter.is_some()),
+        ];
+        for (table, _) in tables.into_iter().filter(|(_, is_there)| *is_there && !acts) {
+            found.push(Mismatch::new(table, "none, for a robot of kind \"none\"", "a table"));
+        }
+        if let Some(motion) = &self.motion {
+            for (idx, pose) in motion.view_poses.iter().enumerate() {
+                if !motion.reaches(*pose) {
+                    let expected = "a position within reach_x_m and reach_y_m, above table_z_m";
+                    let at = format!("robot.motion.view_poses[{idx}]");
+                    found.push(Mismatch::new(at, expected, format!("{pose:?}")));
+                }
+            }
+        }
+        found
+    }
+}
+
+impl ExemplarConfig {
+    /// Either a folder, or image, boxes and state.
+    fn mismatch(&self) -> Option<Mismatch> {
+        let single = [&self.image, &self.boxes, &self.state].map(|key| key.is_some());
+        let is_right = match &self.folder {
+            Some(_) => single == [false; 3] && self.number.is_none(),
+            None => single == [true; 3],
+        };
+        let keys = ["folder", "image", "boxes", "state", "number"];
+        let there = [self.folder.is_some(), single[0], single[1], single[2], self.number.is_some()];
+        let got: Vec<&str> = keys.into_iter().zip(there).filter(|k| k.1).map(|k| k.0).collect();
+        let got = if got.is_empty() { "neither".to_owned() } else { got.join(", ") };
+        let expected = "either folder, or image, boxes and state (and a number for {n})";
+        (!is_right).then(|| Mismatch::new("perception.exemplar", expected, got))
     }
 }

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{
-    CameraKind, ConfigError, DomainFolder, GoalConfig, PlannerSetup, RobotKind, RunConfig,
-    StillImageParts, environment, in_data,
+    CameraKind, ConfigError, DetectorMode, DomainFolder, GoalConfig, PlannerSetup, RobotKind,
+    RunConfig, StillImageParts, environment, in_data,
 };
 use crate::actors::{ActorSpec, Checkpoint, Monitor, goal_parser, scene_parser, skill_executor};
 use crate::clock::ClockKind;
@@ -57,14 +57,15 @@ impl PreparedRun {
     /// # Errors
     /// [`ConfigError`] naming file and line or key.
     pub fn read(config: RunConfig, data: Option<&Path>) -> Result<Self, ConfigError> {
-        let folder = DomainFolder::find(&config.domain, &config.origin)?;
+        let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+        config.check_domain(&folder)?;
         let examples = config.perception.exemplar.read(&folder, data)?;
         let skills = match (&folder.skills, config.robot.kind) {
             (Some(skills), _) => skills.clone(),
             (None, RobotKind::None) => SkillMap::empty(),
             (None, RobotKind::Sim) => {
                 return Err(ConfigError::File {
-                    path: folder.path.join("skills.toml").display().to_string(),
+                    path: folder.files.file("skills.toml").to_string(),
                     reason: "a robot needs this file".to_owned(),
                 });
             }
@@ -133,12 +134,15 @@ impl PreparedRun {
             skills: self.skills.clone(),
             grounder,
             belief: self.config.perception.belief.clone(),
-            hull: self.config.robot.hull.clone(),
+            self_filter: self.config.robot.self_filter.clone(),
         };
         // The first one is made before anything starts, so that no frame waits for its tables.
         let first = self.detector()?;
         let perception = &self.config.perception;
-        let beside = perception.beside.unwrap_or(is_slow || first.is_slow());
+        let beside = match perception.detector_mode {
+            Some(mode) => mode == DetectorMode::Async,
+            None => is_slow || first.is_slow(),
+        };
         let first = Mutex::new(Some(first));
         let this = self.clone();
         let detector = move || {
@@ -215,7 +219,7 @@ impl PreparedRun {
         use crate::hardware::sim::{Oracle, SimCamera, SimHardware, SimSetup};
         let hardware = SimHardware::build(&SimSetup {
             sim: &self.config.sim()?,
-            folder: &self.folder.path,
+            folder: &self.folder.files,
             faults: &self.config.fault,
             clock: self.config.clock,
             rate_hz: self.config.camera.rate_hz,
@@ -238,7 +242,7 @@ impl PreparedRun {
             let camera = Box::new(SimCamera::new(world.clone()));
             camera::serve(bus_of_camera.clone(), camera, monitor.clone())
         });
-        let oracle = Oracle::new(&self.folder.path, &self.folder.domain, hardware.clone())?;
+        let oracle = Oracle::new(&self.folder.files, &self.folder.domain, hardware.clone())?;
         let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
         if self.config.robot.kind == RobotKind::None {
             return Ok(Hardware { actors: vec![camera], truth });
@@ -265,10 +269,11 @@ fn goal_source(
         grounder: config.grounder_choice(),
     };
     let GoalConfig { kind, text, options } = &config.goal;
-    let choice = PartChoice::new("goal.kind", kind).with_options(options.as_ref(), &config.origin);
+    let choice =
+        PartChoice::new("goal.kind", kind).with_options(options.as_ref(), config.origin.path());
     let text = in_data("goal.text", text, data)?;
     let inputs = GoalInputs {
-        origin: &format!("{}: goal.text", config.origin.display()),
+        origin: &format!("{}: goal.text", config.origin),
         text: &text.to_string_lossy(),
         language: folder.language.as_ref(),
         perception: Some(&folder.perception),

@@ -1,6 +1,7 @@
 //! What skills look at: perceived objects, the robot, and its limits.
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::SkillError;
@@ -10,7 +11,7 @@ use crate::pddl::Name;
 use crate::scene::{SceneObject, Visibility};
 
 /// How the robot moves. Lengths in metres, in the world frame.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionConfig {
     /// Height of the tool between skills: above everything, and outside the picture.
@@ -25,7 +26,8 @@ pub struct MotionConfig {
     pub jaw_clearance_m: f64,
     /// How far the jaws can open.
     pub opening_m_max: f64,
-    /// How far below an object's upper face the tool centre grips.
+    /// How far below an object's upper face the tool centre grips, or at its middle if that is
+    /// higher.
     pub grip_depth_m: f64,
     /// How far above its goal an object is let go.
     pub release_gap_m: f64,
@@ -41,10 +43,9 @@ pub struct MotionConfig {
     pub reach_x_m: [f64; 2],
     /// Reach along y: least and greatest.
     pub reach_y_m: [f64; 2],
-    /// Tool positions that free the camera's view, or show another one; tried in order while
+    /// Tool positions [x, y, z] that free the camera's view, or show another one; tried in order while
     /// something is not known.
-    #[serde(default)]
-    pub look_poses: Vec<[f64; 3]>,
+    pub view_poses: Vec<[f64; 3]>,
 }
 
 impl MotionConfig {

@@ -28,7 +28,7 @@ const MOTION: MotionConfig = MotionConfig {
     place_y_m: -0.05,
     reach_x_m: [-0.3, 0.3],
     reach_y_m: [-0.2, 0.1],
-    look_poses: Vec::new(),
+    view_poses: Vec::new(),
 };
 
 const ROBOT: RobotState = RobotState {

@@ -41,7 +41,7 @@ impl Instance {
 pub fn instances(config: &StressConfig, data: Option<&Path>) -> Result<Vec<Instance>, StressError> {
     let mut found = Vec::new();
     for (case_idx, case) in config.case.iter().enumerate() {
-        let folder = Arc::new(DomainFolder::find(&case.domain, &config.origin)?);
+        let folder = Arc::new(DomainFolder::find(&case.domain, &config.origin.folder)?);
         let new = |size: u32, problem_name: Option<String>, problem: Problem| Instance {
             case: case.name.clone(),
             case_idx,
@@ -67,9 +67,9 @@ pub fn instances(config: &StressConfig, data: Option<&Path>) -> Result<Vec<Insta
 
 /// The problem that the folder's template makes of a size.
 fn of_size(folder: &DomainFolder, size: u32) -> Result<Problem, ConfigError> {
-    let file = folder.path.join("stress.toml");
-    let name = file.display().to_string();
-    Template::parse(&name, &read_text(&file)?)?.problem(&name, &folder.domain, size)
+    let file = folder.files.file("stress.toml");
+    let name = file.to_string();
+    Template::parse(&name, &file.text()?)?.problem(&name, &folder.domain, size)
 }
 
 /// The case that an instance belongs to.

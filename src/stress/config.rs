@@ -1,36 +1,45 @@
 //! The file of a stress test, as written. `configs/stress.toml` describes every key.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::Workload;
+use crate::files::FileRef;
+use crate::mismatch::Mismatch;
 use crate::planners::PlannerConfig;
-use crate::run::{ConfigError, read_text};
+use crate::run::{ConfigError, Layered, file_schema, schema_with_parts};
+use crate::settings::Form;
 
 /// Everything that a stress test needs to know.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StressConfig {
     /// The file it was read from.
     #[serde(skip)]
-    pub origin: PathBuf,
+    pub origin: FileRef,
+    /// The file that this one is laid over: a path, which starts from this file's folder, or the
+    /// name of a shipped file.
+    pub extends: Option<String>,
     /// Seed of everything random.
     pub seed: u64,
     /// How often everything is measured. Quantiles are over all; `--check` looks at the quickest.
+    #[schemars(range(min = 1))]
     pub repeats: u32,
     /// How long a plan may take to come before the test is given up, seconds of wall time.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub answer_s_max: f64,
     /// Cells with fewer plans are not judged by `--check`.
     pub check_samples_min: u64,
-    /// `[planner]`, as in a run file.
-    pub planner: toml::Table,
+    /// How plans are found, as in a run file.
+    pub planner: PlannerConfig,
     /// What is measured.
     pub case: Vec<CaseConfig>,
 }
 
 /// `[[case]]`: problems of one domain, and how their worlds change.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CaseConfig {
     /// Its name in reports.
@@ -38,32 +47,29 @@ pub struct CaseConfig {
     /// Name of a folder below `domains/`, or the path of a domain folder.
     pub domain: String,
     /// Sizes for the folder's `stress.toml`.
-    #[serde(default)]
     pub sizes: Vec<u32>,
     /// Problem files; `$data` stands for `--data`.
-    #[serde(default)]
     pub problems: Vec<String>,
     /// Kinds of workload.
+    #[schemars(length(min = 1))]
     pub feeds: Vec<Workload>,
     /// Scenes per second, or `"max"`: the next one as soon as the plan is there.
+    #[schemars(length(min = 1))]
     pub rates_hz: Vec<Rate>,
     /// Plans that count in each cell.
+    #[schemars(range(min = 1))]
     pub samples: u32,
     /// Random steps to a random state.
     pub walk_steps: u32,
     /// Between the first plan and the first one that counts, milliseconds: what is made beside the
     /// loop has time to be finished.
-    #[serde(default)]
     pub warm_up_ms: u64,
     /// Plans of each cell whose cost is compared with that of a cheapest plan, off the clock.
-    #[serde(default)]
     pub optimal_samples: u32,
     /// States of each size that `--compare` gives to the other planner.
-    #[serde(default)]
     pub compare_samples: u32,
     /// What differs from `[planner]` in this case.
-    #[serde(default)]
-    pub planner: toml::Table,
+    pub planner: PlannerConfig,
 }
 
 /// How many scenes are sent per second.
@@ -74,6 +80,18 @@ pub enum Rate {
     Max,
     /// So many, whether plans come or not.
     Hz(f64),
+}
+
+impl JsonSchema for Rate {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Rate".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        schemars::json_schema!({
+            "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": "max" }]
+        })
+    }
 }
 
 /// A rate as it is written.
@@ -115,74 +133,50 @@ impl std::fmt::Display for Rate {
     }
 }
 
-/// Reads the file of a stress test.
+/// The schema that the file of a stress test laid over the defaults must fulfil.
+pub fn stress_schema() -> serde_json::Value {
+    schema_with_parts::<StressConfig>()
+}
+
+/// The schema of the file of a stress test as it is written: what has a default may be left out.
+pub fn stress_file_schema() -> serde_json::Value {
+    file_schema(stress_schema(), Form::Stress)
+}
+
+/// Reads the file of a stress test by its path, or a shipped one by its name.
 ///
 /// # Errors
-/// [`ConfigError`] naming file and line or key.
+/// [`ConfigError`]: everything that is wrong with its keys and values, each with file and line.
 pub fn load_stress(path: &Path) -> Result<StressConfig, ConfigError> {
-    let text = read_text(path)?;
-    let mut config: StressConfig = toml::from_str(&text).map_err(|e| fault(path, e.to_string()))?;
-    path.clone_into(&mut config.origin);
-    config.check()?;
+    let layered = Layered::read(path, &[], Form::Stress)?;
+    for warning in &layered.layers.warnings {
+        tracing::warn!("{warning}");
+    }
+    stress_of(layered)
+}
+
+/// The file of a stress test, from its layers.
+///
+/// # Errors
+/// As [`load_stress`].
+pub fn stress_of(layered: Layered) -> Result<StressConfig, ConfigError> {
+    let mut config: StressConfig = layered.typed(&stress_schema(), StressConfig::mismatches)?;
+    config.origin = layered.file;
     Ok(config)
 }
 
-fn fault(path: &Path, message: String) -> ConfigError {
-    ConfigError::Toml { path: path.display().to_string(), message }
-}
-
 impl StressConfig {
-    fn check(&self) -> Result<(), ConfigError> {
-        let value = |key: String, expected: &str, got: String| {
-            Err(ConfigError::Value { key, expected: expected.to_owned(), got })
-        };
-        if self.repeats == 0 {
-            return value("repeats".to_owned(), "1 or more", "0".to_owned());
-        }
-        if !(self.answer_s_max.is_finite() && self.answer_s_max > 0.0) {
-            let got = self.answer_s_max.to_string();
-            return value("answer_s_max".to_owned(), "a positive number", got);
-        }
-        for case in &self.case {
-            let key = |key: &str| format!("case {:?}: {key}", case.name);
+    /// What types cannot say and is not so, each by its key.
+    fn mismatches(&self) -> Vec<Mismatch> {
+        let mut found = Vec::new();
+        for (idx, case) in self.case.iter().enumerate() {
             if case.sizes.is_empty() && case.problems.is_empty() {
-                return value(key("sizes"), "sizes or problems", "neither".to_owned());
+                found.push(Mismatch::new(format!("case[{idx}]"), "sizes or problems", "neither"));
             }
-            if case.samples == 0 {
-                return value(key("samples"), "1 or more", "0".to_owned());
-            }
-            let empty = [("feeds", case.feeds.is_empty()), ("rates_hz", case.rates_hz.is_empty())];
-            if let Some((name, _)) = empty.iter().find(|(_, is_empty)| *is_empty) {
-                return value(key(name), "one or more", "none".to_owned());
-            }
-            self.planner(case)?;
-        }
-        Ok(())
-    }
-
-    /// `[planner]` as it is for a case.
-    ///
-    /// # Errors
-    /// [`ConfigError::Toml`] naming the case.
-    pub fn planner(&self, case: &CaseConfig) -> Result<PlannerConfig, ConfigError> {
-        let mut table = self.planner.clone();
-        merge(&mut table, &case.planner);
-        let config: PlannerConfig = toml::Value::Table(table)
-            .try_into()
-            .map_err(|e| fault(&self.origin, format!("[planner] of case {:?}: {e}", case.name)))?;
-        config.check()?;
-        Ok(config)
-    }
-}
-
-/// Lays one table over another, tables inside them too.
-fn merge(under: &mut toml::Table, over: &toml::Table) {
-    for (key, value) in over {
-        match (under.get_mut(key), value) {
-            (Some(toml::Value::Table(under)), toml::Value::Table(over)) => merge(under, over),
-            _ => {
-                under.insert(key.clone(), value.clone());
+            if let Err(Mismatch { at, expected, got }) = case.planner.check() {
+                found.push(Mismatch::new(format!("case[{idx}].{at}"), expected, got));
             }
         }
+        found
     }
 }

@@ -19,7 +19,9 @@ mod plot;
 
 pub use case::{Instance, instances};
 pub use check::{CheckVerdict, Judgement, check};
-pub use config::{CaseConfig, Rate, StressConfig, load_stress};
+pub use config::{
+    CaseConfig, Rate, StressConfig, load_stress, stress_file_schema, stress_of, stress_schema,
+};
 pub use error::StressError;
 pub use logs::{Logs, write_logs};
 pub use measure::{Cell, TimingQuantiles};

@@ -95,13 +95,8 @@ pub async fn run_stress(
     };
     let report = StressReport {
         format: FORMAT,
-        config: config.origin.display().to_string(),
-        planner: config
-            .planner
-            .get("name")
-            .and_then(toml::Value::as_str)
-            .unwrap_or_default()
-            .to_owned(),
+        config: config.origin.to_string(),
+        planner: config.planner.name.clone(),
         seed: config.seed,
         repeats: config.repeats,
         machine,
@@ -155,7 +150,7 @@ async fn measure(
     let start = Start {
         folder: &instance.folder,
         problem: &instance.problem,
-        planner: &config.planner(case)?,
+        planner: &case.planner,
         origin: &config.origin,
         bus: BusConfig { run, ..options.bus.clone() },
         answer_max: Duration::from_secs_f64(config.answer_s_max),

@@ -79,7 +79,7 @@ pub(super) struct Start<'a> {
     pub(super) problem: &'a Problem,
     pub(super) planner: &'a PlannerConfig,
     /// The file that the planner's options stand in.
-    pub(super) origin: &'a std::path::Path,
+    pub(super) origin: &'a crate::files::FileRef,
     pub(super) bus: BusConfig,
     pub(super) answer_max: Duration,
     /// For messages.

@@ -119,7 +119,7 @@ fn row(
 ) -> Result<String, Failure> {
     let case = &config.case[instance.case_idx];
     let (domain, problem) = (&instance.folder.domain, &instance.problem);
-    let mut own = Own::new(instance, &config.planner(case)?, &args_folder(config))?;
+    let mut own = Own::new(instance, &case.planner, &args_folder(config))?;
     let mut feeder = WorkloadGenerator::new(feed, (domain, problem), case.walk_steps, config.seed);
     let first = own.ask(&feeder.now()).1;
     own.make_table();
@@ -152,7 +152,7 @@ fn row(
 }
 
 fn args_folder(config: &StressConfig) -> PathBuf {
-    config.origin.parent().unwrap_or(Path::new("")).to_owned()
+    config.origin.folder.base().to_owned()
 }
 
 fn ferro_tally(domain: &Domain, problem: &Problem, views: &[View]) -> Result<Tally, Failure> {

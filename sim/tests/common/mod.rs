@@ -3,7 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a failed test")]
 
 use groundloop_sim::{
-    Arrangement, BodySpec, Colour, FixedStack, GripperCommand, SceneSpec, Shape, World, WorldConfig,
+    Arrangement, BodySpec, CameraSpec, Colour, FixedStack, GripperCommand, SceneSpec, Shape, World,
+    WorldConfig,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -63,8 +64,23 @@ fn block(k: usize) -> BodySpec {
     }
 }
 
+fn tabletop() -> toml::Table {
+    include_str!("../data/tabletop.toml").parse().unwrap()
+}
+
+/// A table top with light wooden objects.
+pub(crate) fn world_config() -> WorldConfig {
+    tabletop()["world"].clone().try_into().unwrap()
+}
+
+/// Low and frontal. It sees x from -0.36 to 0.36 m on the table (at y = 0), y from -0.35 m on, and
+/// heights up to 0.37 m at y = 0; a gripper at its home at z = 0.55 m is out of view.
+pub(crate) fn frontal(width: u32, height: u32) -> CameraSpec {
+    CameraSpec { width, height, ..tabletop()["camera"].clone().try_into().unwrap() }
+}
+
 pub(crate) fn world(spec: &SceneSpec, seed: u64) -> World {
-    World::new(spec, &WorldConfig::tabletop(), seed).unwrap()
+    World::new(spec, &world_config(), seed).unwrap()
 }
 
 /// Runs for a number of simulated seconds.

@@ -224,7 +224,7 @@ mod tests {
             skills: folder.skills.unwrap(),
             grounder: Box::new(Blind),
             belief: BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 },
-            hull: None,
+            self_filter: None,
         })
     }
 

@@ -13,6 +13,7 @@ use crate::eval::prodgv::{
     BoxSource, DomainData, EvalError, Evaluation, EvaluationReport, FittedDomain, Goals, Jitter,
     PairResult, Setup, data_set, domain_report, evaluate, picture, published,
 };
+use crate::files::Folder;
 use crate::goals::GOALS;
 use crate::parts::{PartChoice, PartContext, Registry, Role};
 use crate::perception::detectors::DETECTORS;
@@ -211,7 +212,7 @@ fn unknown<T: Role + ?Sized>(key: &str, own: &[&str], table: &Registry<T>, got: 
 fn folder(args: &Args, name: &str) -> Result<DomainFolder, Failure> {
     let folder = match &args.domains {
         Some(domains) => DomainFolder::read(&domains.join(name)),
-        None => DomainFolder::find(name, Path::new("")),
+        None => DomainFolder::find(name, &Folder::default()),
     };
     Ok(folder?)
 }

@@ -47,10 +47,8 @@ mod with_sim {
     use super::super::super::out;
     use super::{Args, Failure};
     use crate::eval::sim_grounding::{CAMERAS, Row, Source, Used, has_scene, measure};
+    use crate::files::shipped_names;
     use crate::run::{DomainFolder, RunConfig, load_run};
-
-    /// Where run files are looked for when none is named.
-    const CONFIGS: &str = "configs";
 
     pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let runs = if args.configs.is_empty() { found()? } else { named(&args.configs)? };
@@ -89,19 +87,16 @@ mod with_sim {
     fn named(paths: &[PathBuf]) -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
         let read = |path: &PathBuf| {
             let run = load_run(path, &[])?;
-            let folder = DomainFolder::find(&run.domain, &run.origin)?;
+            let folder = DomainFolder::find(&run.domain, &run.origin.folder)?;
             Ok((run, folder))
         };
         paths.iter().map(read).collect()
     }
 
-    /// The first run file with a simulated camera of each domain that has the scene.
+    /// The first shipped run file with a simulated camera of each domain that has the scene.
     fn found() -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
-        let folder = Path::new(CONFIGS);
-        let entries = std::fs::read_dir(folder).map_err(|e| bad_file(folder, &e))?;
-        let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
-        paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
-        paths.sort();
+        let names = shipped_names().into_iter().filter(|name| !name.starts_with("stress"));
+        let paths: Vec<PathBuf> = names.map(PathBuf::from).collect();
         let mut domains = BTreeSet::new();
         let mut runs = named(&paths)?;
         runs.retain(|(run, folder)| {
@@ -109,7 +104,7 @@ mod with_sim {
         });
         if runs.is_empty() {
             let text =
-                "no run file in configs/ has a simulated camera and a domain with a scene for this";
+                "no shipped run file has a simulated camera and a domain with a scene for this";
             return Err(Failure::bad_input(text));
         }
         Ok(runs)

@@ -60,11 +60,11 @@ fn no_plan_is_final_only_where_everything_is_known() {
 
     let mut unsure = Episode::new();
     unsure.plan = PlanVerdict::Unsolvable { proof, unknowns: true };
-    let looks_max = unsure.config.limits.looks_max;
-    let (n, verdict) = unsure.run_out(looks_max + 1);
-    assert_eq!(n, looks_max + 1);
+    let observations_max = unsure.config.limits.observations_max;
+    let (n, verdict) = unsure.run_out(observations_max + 1);
+    assert_eq!(n, observations_max + 1);
     let detail = "no plan from the known facts alone (no action adds it)";
-    check(&verdict, "limits.looks_max", detail);
+    check(&verdict, "limits.observations_max", detail);
 }
 
 #[test]
@@ -84,17 +84,17 @@ fn cycles_seconds_and_looks_are_bounded() {
     check(&verdict, "limits.seconds_max", "0.55 s");
 
     let mut episode = Episode::new();
-    episode.config.limits.looks_max = 4;
+    episode.config.limits.observations_max = 4;
     episode.scene.unsettled = 1;
     let (n, verdict) = episode.plan(&[PICK]).run_out(9);
     assert_eq!(n, 5);
-    check(&verdict, "limits.looks_max", "scene not settled: 1 unconfirmed fact");
+    check(&verdict, "limits.observations_max", "scene not settled: 1 unconfirmed fact");
 }
 
 #[test]
 fn looks_count_from_the_last_dispatch() {
     let mut episode = Episode::new();
-    episode.config.limits.looks_max = 3;
+    episode.config.limits.observations_max = 3;
     for _ in 0..3 {
         episode.scene.unsettled = 1;
         for _ in 0..3 {
@@ -173,7 +173,7 @@ fn a_plan_that_is_gone_is_told_in_words() {
 #[test]
 fn a_scene_that_is_carried_forward_is_not_another_look() {
     let mut episode = Episode::new();
-    episode.config.limits.looks_max = 2;
+    episode.config.limits.observations_max = 2;
     episode.scene.unsettled = 1;
     episode.plan(&[PICK]);
     for _ in 0..2 {
@@ -185,7 +185,7 @@ fn a_scene_that_is_carried_forward_is_not_another_look() {
     }
     check(
         &episode.cycle().verdict.unwrap(),
-        "limits.looks_max",
+        "limits.observations_max",
         "scene not settled: 1 unconfirmed fact",
     );
 }

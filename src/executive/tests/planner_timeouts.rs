@@ -13,7 +13,7 @@ fn a_running_step_goes_on_without_a_plan_in_time() {
     let mut episode = Episode::new();
     episode.start(PICK);
     episode.plan = planner_timeouts();
-    for _ in 0..episode.config.limits.late_plans_max {
+    for _ in 0..episode.config.limits.planner_timeouts_max {
         let decision = episode.cycle();
         assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
         assert_eq!(episode.executive.running_step(), Some(&step(PICK)));
@@ -30,7 +30,7 @@ fn a_running_step_goes_on_without_a_plan_in_time() {
 #[test]
 fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
     let mut episode = Episode::new();
-    episode.config.limits.late_plans_max = 3;
+    episode.config.limits.planner_timeouts_max = 3;
     episode.plan = planner_timeouts();
     let first = episode.cycle();
     assert_eq!((&first.command.kind, &first.verdict), (&CommandKind::Hold, &None));
@@ -42,7 +42,7 @@ fn without_a_running_step_the_robot_holds_and_after_a_while_gives_up() {
     }
     let last = episode.cycle();
     let verdict = last.verdict.unwrap();
-    let reason = "limits.late_plans_max: no plan within deadline_ms = 20, 3 times in a row";
+    let reason = "limits.planner_timeouts_max: no plan within deadline_ms = 20, 3 times in a row";
     assert_eq!((verdict.reason().as_str(), verdict.exit_code()), (reason, 4));
     assert_eq!(last.command.kind, CommandKind::Hold);
 }
@@ -58,15 +58,14 @@ fn a_late_plan_is_followed_by_the_next_one() {
 #[test]
 fn facts_that_exclude_each_other_are_looked_at_again_and_named_in_the_end() {
     let mut episode = Episode::new();
-    episode.config.limits.looks_max = 4;
+    episode.config.limits.observations_max = 4;
     let atoms = vec![atom("holding red_block"), atom("ontable red_block")];
     episode.plan = PlanVerdict::Inconsistent { atoms };
     let decision = episode.cycle();
     assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
     let (n, verdict) = episode.run_out(9);
     assert_eq!(n, 4);
-    let reason =
-        "limits.looks_max: mutually exclusive facts: (holding red_block), (ontable red_block)";
+    let reason = "limits.observations_max: mutually exclusive facts: (holding red_block), (ontable red_block)";
     assert_eq!(verdict.reason(), reason);
     // Right again: the loop goes on.
     let mut repaired = Episode::new();

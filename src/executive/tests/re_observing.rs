@@ -12,7 +12,7 @@ fn anomaly(object: &str) -> Anomaly {
 
 fn doubting(object: &str) -> Episode {
     let mut episode = Episode::new();
-    episode.config.limits.looks_max = 6;
+    episode.config.limits.observations_max = 6;
     episode.scene.anomalies = vec![anomaly(object)];
     episode.plan(&[PICK]);
     episode
@@ -73,7 +73,7 @@ fn the_goal_counts_as_reached_once_doubts_are_looked_into() {
 #[test]
 fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
     let mut episode = unsure();
-    episode.config.motion.as_mut().unwrap().look_poses = POSES.to_vec();
+    episode.config.motion.as_mut().unwrap().view_poses = POSES.to_vec();
     let mut goals = Vec::new();
     for n in 1..=12 {
         let decision = episode.cycle();
@@ -89,7 +89,7 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
         if let Some(verdict) = decision.verdict {
             let why = "the precondition of (pick_up red_block arm) is not known to hold: \
                        nothing under red_block";
-            assert_eq!(verdict.reason(), format!("limits.looks_max: {why}"));
+            assert_eq!(verdict.reason(), format!("limits.observations_max: {why}"));
             assert_eq!(goals, POSES, "cycle {n}");
             return;
         }
@@ -100,7 +100,7 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
 #[test]
 fn a_view_that_is_not_reached_is_broken_off() {
     let mut episode = unsure();
-    episode.config.motion.as_mut().unwrap().look_poses = POSES.to_vec();
+    episode.config.motion.as_mut().unwrap().view_poses = POSES.to_vec();
     episode.config.limits.skill_timeout_s = 0.25;
     while goal_of(&episode.cycle()).is_none() {}
     let kinds: Vec<CommandKind> = (0..4).map(|_| episode.cycle().command.kind).collect();

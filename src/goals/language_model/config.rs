@@ -12,30 +12,28 @@ use crate::http::chat::ChatDialect;
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Options {
-    /// Where the server's API begins, such as `http://127.0.0.1:8080/v1`.
+    /// Where the server's API begins, such as "http://127.0.0.1:8080/v1".
     pub(super) url: String,
     /// The model's name there.
     pub(super) model: String,
-    /// What the server understands beside the common part.
+    /// What the server understands besides the common part.
     pub(super) dialect: ChatDialect,
     /// The environment variable that holds the key, for servers that want one.
     pub(super) key_env: Option<String>,
-    /// The worked example; without it, the first of `language.toml` that can be read.
+    /// The worked example; without the key the first of `language.toml` that can be read.
     pub(super) example: Option<ExampleOption>,
     /// How freely the model chooses its words; 0 repeats itself.
-    #[serde(default)]
     pub(super) temperature: f64,
     /// Most answers that are asked for: the first, then one for each that was not valid.
-    #[serde(default = "attempts_max")]
+    #[schemars(range(min = 1))]
     pub(super) attempts_max: u32,
     /// Most tokens of an answer.
-    #[serde(default = "tokens_max")]
+    #[schemars(range(min = 1))]
     pub(super) tokens_max: u32,
     /// A folder for answers, so that the same question needs no server a second time.
     pub(super) cache: Option<PathBuf>,
-    /// Bounds of each request.
-    #[serde(default)]
-    pub(super) patience: Patience,
+    /// Bounds of each request, all attempts together.
+    pub(super) retry: Patience,
 }
 
 /// A worked example, as written.
@@ -49,12 +47,4 @@ pub(super) struct ExampleOption {
     /// What is there, `name:type` each; without it, what the goal names.
     #[serde(default)]
     pub(super) objects: Vec<String>,
-}
-
-fn attempts_max() -> u32 {
-    3
-}
-
-fn tokens_max() -> u32 {
-    400
 }

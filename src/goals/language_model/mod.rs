@@ -59,12 +59,6 @@ pub(super) const PART: Part<dyn GoalSource> = Part {
 fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource>, PartError> {
     let options: Options = context.options()?;
     let inputs = &context.inputs;
-    for (key, value) in [("attempts_max", options.attempts_max), ("tokens_max", options.tokens_max)]
-    {
-        if value == 0 {
-            return Err(context.bad_option(key, "at least 1", 0));
-        }
-    }
     if inputs.text.trim().is_empty() || inputs.text.len() > INSTRUCTION_BYTES_MAX {
         let expected = format!("an instruction of 1 to {INSTRUCTION_BYTES_MAX} bytes");
         let mismatch = Mismatch::new(inputs.origin, expected, inputs.text.len());
@@ -81,7 +75,7 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
             key.map(|key| Header::secret("Authorization", &format!("Bearer {}", key.trim())))
         }
     };
-    let client = Client::new(&options.patience)
+    let client = Client::new(&options.retry)
         .map_err(|e| PartError::Inputs { reason: format!("goal.options: {e}") })?;
     let base = options.url.trim_end_matches('/');
     let is_whole = base.ends_with("/chat/completions");
@@ -233,7 +227,7 @@ impl LanguageModel {
             )),
             (error, _) if error.is_absent() => GoalError::GaveUp {
                 what: format!("{} at {}", self.options.model, shown_url(&self.url)),
-                bound: "goal.options.patience".to_owned(),
+                bound: "goal.options.retry".to_owned(),
                 reason: error.to_string(),
             },
             (error, _) => self.refused(error.to_string()),
@@ -358,9 +352,15 @@ mod tests {
             ("key_env = 'SET'", ""),
             ("key_env = 'UNSET'\ncache = 'answers'", ""),
             ("key_env = 'UNSET'", "the environment variable UNSET is empty or not set"),
-            ("attempt_max = 2", "unknown option attempt_max"),
-            ("attempts_max = 0", "goal.options.attempts_max: expected at least 1, got 0"),
-            ("patience = { read = 1 }", "unknown field `read`"),
+            (
+                "attempt_max = 2",
+                "goal.options.attempt_max: unknown key; did you mean attempts_max?",
+            ),
+            (
+                "attempts_max = 0",
+                "goal.options.attempts_max: expected an integer, 1 or more, got 0",
+            ),
+            ("retry = { read = 1 }", "goal.options.retry.read: unknown key; did you mean read_ms?"),
         ] {
             match options(&format!("{GOOD}{more}")) {
                 Ok(source) => {
@@ -374,6 +374,8 @@ mod tests {
             }
         }
         let error = options("model = 'm'\nurl = ''\ndialect = 'gpt'").unwrap_err();
-        assert!(error.to_string().contains("`llamacpp`, `ollama`, `openai`, `vllm`"), "{error}");
+        let wanted =
+            "goal.options.dialect: expected \"llamacpp\" or \"ollama\" or \"openai\" or \"vllm\"";
+        assert!(error.to_string().contains(wanted), "{error}");
     }
 }

@@ -4,7 +4,6 @@
 //! may use it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 
 use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
 use image::RgbImage;
@@ -12,8 +11,9 @@ use serde::Deserialize;
 
 use super::camera::model_of;
 use super::robot::{SimConfig, SimHardware, read_scene};
+use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
-use crate::parts::{PartError, read_file};
+use crate::parts::PartError;
 use crate::pddl::{Atom, Condition, Domain, Name, Problem, Typed, print_problem};
 use crate::perception::model::{ObjectBox, Perception};
 use crate::perception::{DepthView, Detection, volume_of};
@@ -67,7 +67,7 @@ pub struct Viewpoint {
 #[derive(Debug, Clone, Copy)]
 pub struct ScenesOf<'a> {
     /// The domain's folder.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     /// Its words.
     pub domain: &'a Domain,
     /// How it is seen.
@@ -123,11 +123,11 @@ impl Oracle {
     /// # Errors
     /// [`PartError::File`] naming the file and line.
     pub fn new(
-        folder: &Path,
+        folder: &Folder,
         domain: &Domain,
         hardware: SimHardware,
     ) -> Result<Option<Self>, PartError> {
-        if !labels_path(folder).is_file() {
+        if !labels_file(folder).exists() {
             return Ok(None);
         }
         let labels = read_labels(folder)?;
@@ -143,17 +143,17 @@ impl Oracle {
     }
 }
 
-fn labels_path(folder: &Path) -> PathBuf {
-    folder.join("scenes").join("labels.toml")
+fn labels_file(folder: &Folder) -> FileRef {
+    folder.file("scenes/labels.toml")
 }
 
-fn read_labels(folder: &Path) -> Result<Labels, PartError> {
-    let path = labels_path(folder);
-    toml::from_str(&read_file(&path)?).map_err(|e| fault(&path, e))
+fn read_labels(folder: &Folder) -> Result<Labels, PartError> {
+    let file = labels_file(folder);
+    toml::from_str(&file.text()?).map_err(|e| fault(&file, e))
 }
 
-fn fault(path: &Path, reason: impl std::fmt::Display) -> PartError {
-    PartError::file(path.display().to_string(), reason.to_string())
+fn fault(file: &FileRef, reason: impl std::fmt::Display) -> PartError {
+    PartError::file(file.to_string(), reason.to_string())
 }
 
 /// Renders and labels every scene in the domain's `scenes/exemplar/`, with seeds counting up.
@@ -167,14 +167,13 @@ pub fn label_scenes(
 ) -> Result<Vec<LabelledScene>, PartError> {
     let mut labeller = Labeller::new(scenes, sim)?;
     let mut labelled = Vec::new();
-    for (path, seed) in exemplar_scenes(scenes.folder)?.iter().zip(seed..) {
-        let look = labeller.look(path, seed, None)?;
+    for (file, seed) in exemplar_scenes(scenes.folder)?.iter().zip(seed..) {
+        let look = labeller.look(file, seed, None)?;
         if look.n_hidden > 0 {
-            return Err(fault(path, "an object is hidden"));
+            return Err(fault(file, "an object is hidden"));
         }
-        let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or("example");
-        let written = look.written(name, scenes.domain);
-        labelled.push(written.ok_or_else(|| fault(path, "it cannot be written"))?);
+        let written = look.written(file.stem(), scenes.domain);
+        labelled.push(written.ok_or_else(|| fault(file, "it cannot be written"))?);
     }
     Ok(labelled)
 }
@@ -183,14 +182,9 @@ pub fn label_scenes(
 ///
 /// # Errors
 /// [`PartError::File`] when there is no such folder.
-pub fn exemplar_scenes(folder: &Path) -> Result<Vec<PathBuf>, PartError> {
-    let folder = folder.join("scenes").join("exemplar");
-    let entries = std::fs::read_dir(&folder).map_err(|e| fault(&folder, e))?;
-    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let mut scenes: Vec<PathBuf> =
-        files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
-    scenes.sort();
-    Ok(scenes)
+pub fn exemplar_scenes(folder: &Folder) -> Result<Vec<FileRef>, PartError> {
+    let scenes = folder.below("scenes/exemplar");
+    Ok(scenes.names(".toml")?.iter().map(|name| scenes.file(name)).collect())
 }
 
 impl<'a> Labeller<'a> {
@@ -209,20 +203,20 @@ impl<'a> Labeller<'a> {
     /// [`PartError::File`] naming the scene file.
     pub fn look(
         &mut self,
-        path: &Path,
+        file: &FileRef,
         seed: u64,
         from: Option<Viewpoint>,
     ) -> Result<Look, PartError> {
-        let world = World::new(&read_scene(path)?, &self.sim.world, seed);
-        let world = world.map_err(|e| fault(path, e))?;
+        let world = World::new(&read_scene(file)?, &self.sim.world, seed);
+        let world = world.map_err(|e| fault(file, e))?;
         let mut camera = self.sim.camera.clone();
         camera.light.seed = seed;
         if let Some(Viewpoint { position_m, look_at_m }) = from {
             (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
         }
-        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| fault(path, e))?;
+        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| fault(file, e))?;
         let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
-        shot.labelled(self.scenes, &self.labels).ok_or_else(|| fault(path, "no image"))
+        shot.labelled(self.scenes, &self.labels).ok_or_else(|| fault(file, "no image"))
     }
 }
 

@@ -6,6 +6,7 @@ mod camera;
 mod labels;
 
 pub use camera::{SimCamera, model_of};
+pub use groundloop_sim::FaultAction;
 pub use labels::{
     LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
 };

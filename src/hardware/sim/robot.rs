@@ -3,20 +3,21 @@
 //! Only this file, its faults and `cameras/sim.rs` know the simulator: together they play the hardware.
 //! The world outlives the actors that show it.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use groundloop_sim::{CameraSpec, GripperCommand, SceneSpec, World, WorldConfig};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use tokio::sync::watch;
 
 use super::faults::FaultSchedule;
 use crate::clock::{ClockKind, monotonic_ns};
+use crate::files::{FileRef, Folder};
 use crate::hardware::{Arm, FaultConfig, Robot, Sequencer, Target};
 use crate::messages::{Command, CommandKind, RobotState, Status, StatusKind};
 use crate::mismatch::Mismatch;
-use crate::parts::{PartError, read_file};
+use crate::parts::PartError;
 
 /// Control periods per second of the simulated robot.
 const CONTROL_HZ: u64 = 120;
@@ -24,7 +25,7 @@ const CONTROL_HZ: u64 = 120;
 const HOLD_SPEED_M_S: f64 = 0.5;
 
 /// `[sim]` of a run file.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SimConfig {
     /// Scene file, below the domain's folder.
@@ -40,10 +41,10 @@ impl SimConfig {
     ///
     /// # Errors
     /// [`PartError::Options`] naming the key.
-    pub fn read(table: Option<&toml::Table>, file: &Path) -> Result<Self, PartError> {
+    pub fn read(table: Option<&toml::Table>, file: &FileRef) -> Result<Self, PartError> {
         let table = table.cloned().unwrap_or_default();
         table.try_into().map_err(|e: toml::de::Error| PartError::Options {
-            file: file.display().to_string(),
+            file: file.to_string(),
             message: format!("[sim]: {e}"),
         })
     }
@@ -55,7 +56,7 @@ pub struct SimSetup<'a> {
     /// `[sim]` of a run file.
     pub sim: &'a SimConfig,
     /// What the path of the scene starts from: the domain's folder.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     /// What disturbs the world.
     pub faults: &'a [FaultConfig],
     /// Which clock drives the world.
@@ -116,7 +117,7 @@ impl SimHardware {
         sim.camera.check().map_err(|e| bad("sim.camera", "a sound camera", e.to_string()))?;
         let mut camera = sim.camera.clone();
         camera.light.seed = seed;
-        let scene = read_scene(&folder.join(&sim.scene))?;
+        let scene = read_scene(&folder.file(&sim.scene))?;
         let world = World::new(&scene, &sim.world, seed)
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
         let faults = FaultSchedule::new(faults)
@@ -179,9 +180,8 @@ impl SimHardware {
 ///
 /// # Errors
 /// [`PartError::File`] naming file and line.
-pub fn read_scene(path: &Path) -> Result<SceneSpec, PartError> {
-    toml::from_str(&read_file(path)?)
-        .map_err(|e| PartError::file(path.display().to_string(), e.to_string()))
+pub fn read_scene(file: &FileRef) -> Result<SceneSpec, PartError> {
+    toml::from_str(&file.text()?).map_err(|e| PartError::file(file.to_string(), e.to_string()))
 }
 
 impl Hardware {

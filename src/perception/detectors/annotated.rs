@@ -24,7 +24,8 @@ use crate::perception::{Detection, Detections, ImageView};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Options {
-    /// The file with the boxes: JSON, `{"name": [x1, y1, x2, y2]}` in pixels.
+    /// The file with the boxes: JSON, `{"name": [x1, y1, x2, y2]}` in pixels, or
+    /// `{"name": {"type": "block", "box": [x1, y1, x2, y2], "score": 0.9}}`.
     boxes: String,
     /// Types of objects whose entry does not say one and whose name does not tell it.
     #[serde(default)]

@@ -12,6 +12,7 @@ mod parse;
 #[cfg(test)]
 mod tests;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::grounders::Grounder;
@@ -22,11 +23,11 @@ use crate::pddl::{Axiom, Domain};
 use crate::scene::FrameRef;
 use crate::skills::SkillMap;
 
-pub use occlusion::HullConfig;
+pub use occlusion::SelfFilterConfig;
 pub use parse::SceneParser;
 
 /// `[perception]` of a run file: what depends on the camera and on time, not on the domain.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BeliefConfig {
     /// Frames in a row that a change must be seen in before it is believed.
@@ -53,7 +54,7 @@ pub struct ParserConfig {
     /// Confirmation.
     pub belief: BeliefConfig,
     /// The robot's own shape; `None` without a robot.
-    pub hull: Option<HullConfig>,
+    pub self_filter: Option<SelfFilterConfig>,
 }
 
 impl ParserConfig {

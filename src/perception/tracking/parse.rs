@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Latched, Reading};
-use super::occlusion::hull_in_image;
+use super::occlusion::self_filter_in_image;
 use super::tracker::{Renamed, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
@@ -153,10 +153,10 @@ impl SceneParser {
         detections: &[Detection],
     ) -> Vec<PixelBox> {
         let mut occluders = Vec::new();
-        if let (Some(hull), Some(robot), Some(model)) =
-            (&config.hull, context.robot, context.view.camera)
+        if let (Some(filter), Some(robot), Some(model)) =
+            (&config.self_filter, context.robot, context.view.camera)
         {
-            occluders.extend(hull_in_image(hull, robot, model));
+            occluders.extend(self_filter_in_image(filter, robot, model));
         }
         if let GripperContent::Holds(name) = &self.gripper
             && let Some(hand) = occluders.first().copied()

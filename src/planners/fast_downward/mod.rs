@@ -25,13 +25,6 @@ use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Domain, Step};
 use crate::planning::{Outcome, Plan, PlanAnswer, PlanRequest, Statistics, Validation, validate};
 
-/// The driver's `lama-first`, in the words of the search program.
-const LAMA_FIRST: &str = "let(hlm, eval_modify_costs(landmark_sum(\
-    lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),cost_type=one), \
-    let(hff, eval_modify_costs(ff(),cost_type=one), \
-    lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false)))";
-/// A cheapest plan.
-const LM_CUT: &str = "astar(lmcut())";
 /// Prints where the wheel lies, without importing it.
 const FIND: &str = "import importlib.util as u, sys\n\
     f = u.find_spec('up_fast_downward')\n\
@@ -45,11 +38,13 @@ const HOW: &str = "pip install up-fast-downward (and name its python in planner.
 
 /// `[planner.options]` of the planner "fast-downward".
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 struct Options {
-    /// The Python that has the wheel, and that runs a `program` that ends with `.py`.
+    /// The Python that has the wheel `up-fast-downward`, and that runs a `program` that ends with
+    /// ".py".
     python: String,
-    /// An installed driver; without one, the wheel is used.
+    /// An installed driver, such as "/opt/fast-downward/fast-downward.py"; without the key the wheel
+    /// is used.
     program: Option<PathBuf>,
     /// Whether a cheapest plan is asked for.
     optimal: bool,
@@ -58,23 +53,11 @@ struct Options {
     /// The search for a cheapest plan; what it finds counts as proven.
     optimal_search: String,
     /// Longest call, seconds of wall time.
+    #[schemars(range(min = 1))]
     timeout_s: u32,
     /// Most address space of each process, megabytes.
+    #[schemars(range(min = 1))]
     memory_mb: u32,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            python: "python3".to_owned(),
-            program: None,
-            optimal: false,
-            satisficing_search: LAMA_FIRST.to_owned(),
-            optimal_search: LM_CUT.to_owned(),
-            timeout_s: 30,
-            memory_mb: 4096,
-        }
-    }
 }
 
 /// Fast Downward, found and ready to be asked.
@@ -126,10 +109,6 @@ impl FastDownward {
     /// Fast Downward.
     pub fn new(context: &PartContext<'_, dyn Planner>) -> Result<Self, PartError> {
         let mut options: Options = context.options()?;
-        if options.timeout_s == 0 || options.memory_mb == 0 {
-            let option = if options.timeout_s == 0 { "timeout_s" } else { "memory_mb" };
-            return Err(context.bad_option(option, "1 or more", 0));
-        }
         if options.python.contains('/') {
             let python = context.choice.folder.join(&options.python);
             options.python = python.to_str().unwrap_or(&options.python).to_owned();

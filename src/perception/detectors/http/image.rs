@@ -14,11 +14,10 @@ use crate::perception::ImageView;
 const JPEG_QUALITY: u8 = 92;
 
 /// How frames are sent.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Encoding {
     /// Nothing is lost.
-    #[default]
     Png,
     /// About a tenth of the size, for slow connections.
     Jpeg,

@@ -35,67 +35,52 @@ use labels::query_of;
 /// Most characters of a service's message that an error repeats.
 const MESSAGE_CHARS_MAX: usize = 300;
 
-/// `[perception.options]`.
+/// `[perception.options]` of the detector "http".
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Options {
     /// How the service speaks.
     dialect: Dialect,
-    /// Where it is; without it, where the dialect's service usually is.
+    /// Where the service is. Without the key where the dialect's service usually is; every model of
+    /// "hugging_face" has an address of its own.
     url: Option<String>,
-    /// The environment variable with the key, where the service wants one.
+    /// The environment variable that holds the key, for services that want one.
     key_env: Option<String>,
-    /// The model, where the service has several.
+    /// The model, for services that have several.
     model: Option<String>,
-    /// Least score of a box.
-    #[serde(default = "score_min")]
+    /// Least score of a box, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
     score_min: f64,
-    /// Boxes of one type that overlap more (intersection over union) are one object.
-    #[serde(default = "duplicate_iou")]
+    /// Boxes of one type that overlap more (intersection over union, 0 to 1) are one object.
+    #[schemars(range(min = 0, max = 1))]
     duplicate_iou: f64,
     /// How frames are sent.
-    #[serde(default)]
     image: Encoding,
-    /// How a task is waited for, where the dialect has tasks.
-    #[serde(default)]
+    /// How a task is waited for, with the dialect "dino_x".
     poll: Poll,
-    /// Bounds of each request.
-    #[serde(default)]
-    patience: Patience,
+    /// Bounds of each request, all attempts together.
+    retry: Patience,
 }
 
-/// `[perception.options.poll]`. Every key may be left out.
+/// `[perception.options.poll]`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 struct Poll {
-    /// Pause between two questions, milliseconds; 1000 without the key, as the vendor's client has.
+    /// Pause between two questions, milliseconds.
     interval_ms: u64,
-    /// Most questions; 60 without the key, as the vendor's client has.
+    /// Most questions.
     polls_max: u32,
-}
-
-impl Default for Poll {
-    fn default() -> Self {
-        Self { interval_ms: 1_000, polls_max: 60 }
-    }
-}
-
-/// The vendors' usual threshold.
-fn score_min() -> f64 {
-    0.25
-}
-
-/// Two objects of one type that hide each other so far are hardly told apart by any detector.
-fn duplicate_iou() -> f64 {
-    0.8
 }
 
 /// How a service speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Dialect {
+    /// DINO-X: a task is asked for, and its result waited for.
     DinoX,
+    /// An endpoint for zero-shot detection of Hugging Face.
     HuggingFace,
+    /// YOLO-World at Roboflow.
     Roboflow,
 }
 
@@ -165,13 +150,6 @@ pub(super) const PART: Part<dyn Detector> = Part {
 
 fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, PartError> {
     let options: Options = context.options()?;
-    for (option, share) in
-        [("score_min", options.score_min), ("duplicate_iou", options.duplicate_iou)]
-    {
-        if !(0.0..=1.0).contains(&share) {
-            return Err(context.bad_option(option, "a share in 0..=1", share));
-        }
-    }
     let url = match (&options.url, options.dialect) {
         (Some(url), _) => url.trim_end_matches('/').to_owned(),
         (None, Dialect::DinoX) => dinox::URL.to_owned(),
@@ -195,7 +173,7 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
             format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}");
         return Err(PartError::file("perception.toml", message));
     }
-    let (client, colour_namer) = (client(&options.patience)?, ColourNamer::new(perception)?);
+    let (client, colour_namer) = (client(&options.retry)?, ColourNamer::new(perception)?);
     Ok(Box::new(HttpDetector {
         key: key.transpose()?,
         options,

@@ -25,9 +25,9 @@ use crate::parts::{Part, PartContext, PartError, options_of};
 #[serde(deny_unknown_fields)]
 #[cfg_attr(not(feature = "onnx"), expect(dead_code, reason = "described, but not read"))]
 struct Options {
-    /// The model: an ONNX file.
+    /// The model, an ONNX file.
     model: String,
-    /// What goes into the model and what comes out of it: a TOML file.
+    /// What goes in and comes out of the model: a TOML file.
     description: String,
 }
 

@@ -121,8 +121,12 @@ impl Eyes {
             hidden_frames_max: HIDDEN_FRAMES_MAX,
             grasp_reach_m: 0.03,
         };
-        let hull =
-            HullConfig { beyond_jaws_m: 0.02, half_depth_m: 0.02, below_m: 0.01, above_m: 0.5 };
+        let self_filter = SelfFilterConfig {
+            beyond_jaws_m: 0.02,
+            half_depth_m: 0.02,
+            below_m: 0.01,
+            above_m: 0.5,
+        };
         let config = ParserConfig {
             domain: folder.domain,
             perception: folder.perception,
@@ -130,7 +134,7 @@ impl Eyes {
             skills: folder.skills.unwrap(),
             grounder: Box::new(Touching),
             belief,
-            hull: Some(hull),
+            self_filter: Some(self_filter),
         };
         Self {
             config,

@@ -89,7 +89,7 @@ fn a_verdict_arrives_as_it_was_sent() {
     for verdict in [
         Verdict::Planned,
         Verdict::Unsolvable { proof: "delete relaxation".to_owned() },
-        Verdict::GaveUp { limit: Limit::LatePlans, detail: "too late".to_owned() },
+        Verdict::GaveUp { limit: Limit::PlannerTimeouts, detail: "too late".to_owned() },
         Verdict::Stopped(Stop::Interrupt),
     ] {
         let end = EpisodeEnd { cause: CAUSE, verdict, counts, remaining: vec![step()] };

@@ -1,0 +1,38 @@
+//! What the binary carries: `domains/` and `configs/`.
+
+use std::borrow::Cow;
+
+use rust_embed::Embed;
+
+#[derive(Embed)]
+#[folder = "domains/"]
+#[prefix = "domains/"]
+struct Domains;
+
+#[derive(Embed)]
+#[folder = "configs/"]
+#[prefix = "configs/"]
+struct Configs;
+
+/// An embedded file by its path.
+pub(super) fn embedded(path: &str) -> Option<Cow<'static, [u8]>> {
+    Domains::get(path).or_else(|| Configs::get(path)).map(|file| file.data)
+}
+
+/// Names of the embedded files in a folder.
+pub(super) fn embedded_below(folder: &str) -> Vec<String> {
+    let all = Domains::iter().chain(Configs::iter());
+    let below =
+        all.filter_map(|path| path.strip_prefix(folder)?.strip_prefix('/').map(str::to_owned));
+    below.filter(|name| !name.contains('/')).collect()
+}
+
+/// Names of the shipped run files, in order.
+pub fn shipped_names() -> Vec<String> {
+    let mut names: Vec<String> = embedded_below("configs");
+    names.retain(|name| !name.starts_with("defaults"));
+    let stem = |name: &String| name.strip_suffix(".toml").map(str::to_owned);
+    let mut names: Vec<String> = names.iter().filter_map(stem).collect();
+    names.sort_unstable();
+    names
+}

@@ -1,0 +1,65 @@
+//! Where shipped run files and domains are found: beside the file that names them, in the working
+//! directory, in the binary.
+
+use std::path::Path;
+
+use crate::files::{FileRef, Folder, shipped_names};
+use crate::settings::did_you_mean;
+
+/// Finds a run file by its path, or by the name of a shipped one. `beside` is the folder of the file
+/// that names it.
+///
+/// # Errors
+/// A sentence that says what there is.
+pub(super) fn find_run_file(name: &str, beside: Option<&Folder>) -> Result<FileRef, String> {
+    let here = Folder::Disk("".into());
+    let shipped = Folder::Embedded("configs".to_owned());
+    let with_ending = format!("{name}.toml");
+    let places = beside.into_iter().chain([&here]);
+    let mut candidates: Vec<FileRef> =
+        places.flat_map(|folder| [folder.file(name), folder.file(&with_ending)]).collect();
+    candidates.push(here.below("configs").file(&with_ending));
+    candidates.push(shipped.file(&with_ending));
+    let below_configs = name.strip_prefix("configs/").unwrap_or(name);
+    candidates.push(shipped.file(below_configs));
+    if let Some(found) = candidates.into_iter().find(FileRef::exists) {
+        return Ok(found.normal());
+    }
+    let names = shipped_names();
+    let known = names.iter().map(String::as_str);
+    Err(match did_you_mean(name.trim_end_matches(".toml"), known) {
+        Some(near) => format!("no such file; did you mean the shipped \"{near}\"?"),
+        None => format!("no such file; shipped are {}", names.join(", ")),
+    })
+}
+
+/// Finds a domain folder by its path or name. `beside` is the folder of the file that names it.
+pub(super) fn find_domain(name: &str, beside: &Folder) -> Option<Folder> {
+    let here = Folder::Disk("".into());
+    let below_domains = name.strip_prefix("domains/").unwrap_or(name).trim_end_matches('/');
+    let shipped = Folder::Embedded(format!("domains/{below_domains}"));
+    let mut candidates = Vec::new();
+    for place in [beside, &here] {
+        let Folder::Disk(path) = place else {
+            candidates.push(shipped.clone());
+            continue;
+        };
+        candidates.push(place.below(name));
+        candidates.push(place.below("domains").below(name));
+        candidates.extend(path.parent().map(|p| Folder::Disk(p.join("domains").join(name))));
+    }
+    candidates.push(shipped);
+    candidates.into_iter().find(|folder| folder.file("domain.pddl").exists())
+}
+
+/// A run file as it is given on the command line.
+///
+/// # Errors
+/// As [`find_run_file`].
+pub(super) fn find_given(path: &Path) -> Result<FileRef, String> {
+    match path.to_str() {
+        Some(name) => find_run_file(name, None),
+        None if path.is_file() => Ok(FileRef::disk(path)),
+        None => Err("no such file".to_owned()),
+    }
+}
