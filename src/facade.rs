@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::files::Folder;
 use crate::logic::Facts;
 use crate::metrics::EpisodeReport;
 use crate::parts::PartChoice;
@@ -53,7 +54,7 @@ pub fn plan_text(domain: &str, problem: &str) -> Result<PlanAnswer, PddlError> {
 /// [`ConfigError`] naming the file: no image, of another size than the labelled ones, or an incomplete
 /// domain folder.
 pub fn read_image(domain: &str, exemplars: &str, image: &Path) -> Result<Facts, ConfigError> {
-    let folder = Arc::new(DomainFolder::find(domain, Path::new(""))?);
+    let folder = Arc::new(DomainFolder::find(domain, &Folder::default())?);
     let examples = Arc::new(ExemplarConfig::in_folder(exemplars).read(&folder, None)?);
     let detector = PartChoice::new("perception.detector", "colour");
     let grounder = PartChoice::new("perception.grounder", "s2s-joint");
