@@ -237,6 +237,12 @@ fn uses(lines: &[Line]) -> Vec<(usize, String)> {
     found
 }
 
+/// The lines before the tests that stand at the end of a file.
+fn before_tests(lines: &[Line]) -> &[Line] {
+    let begin = |pair: &[Line]| pair[0].1 == "#[cfg(test)]" && pair[1].1 == "mod tests {";
+    &lines[..lines.windows(2).position(begin).unwrap_or(lines.len())]
+}
+
 #[test]
 fn a_module_uses_only_what_stands_before_it() {
     let order = modules();
@@ -249,7 +255,7 @@ fn a_module_uses_only_what_stands_before_it() {
         }
         let from = module_of(&shown);
         let Some(from_place) = place(from) else { continue };
-        for (number, to) in uses(&code_of(&path)) {
+        for (number, to) in uses(before_tests(&code_of(&path))) {
             let Some(to_place) = place(&to) else {
                 faults.push(format!("{shown}:{number}: write crate::module::…, one to a line"));
                 continue;
