@@ -19,7 +19,7 @@ pub struct FrameView<'a> {
 /// What a grounder judges: named objects in the frame that shows them.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a> {
-    /// The frame.
+    /// What the camera shows.
     pub frame: FrameView<'a>,
     /// The objects, each name once. One that is out of sight for the moment stands where it was
     /// last seen.

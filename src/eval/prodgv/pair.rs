@@ -24,7 +24,7 @@ pub struct PairParts<'a> {
     pub fitted: &'a FittedDomain,
     /// The grounder, made from the exemplar.
     pub grounder: &'a dyn Grounder,
-    /// The planner.
+    /// Plans from the facts that were read.
     pub planner: &'a dyn Planner,
     /// Whether goal atoms that contradict the rest of the goal are dropped.
     pub repair_goals: bool,
@@ -116,9 +116,9 @@ impl Stage {
 /// A pair whose plan fails or whose state is not exactly right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Failure {
-    /// The exemplar's number.
+    /// Number of the problem that is the exemplar.
     pub exemplar: u32,
-    /// The test's number.
+    /// Number of the problem that is read.
     pub test: u32,
     /// Where it comes from.
     pub stage: Stage,
