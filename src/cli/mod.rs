@@ -6,6 +6,7 @@ mod eval;
 mod exemplar;
 mod goal;
 mod ground;
+mod hardware;
 mod narrate;
 mod plan;
 mod run;
@@ -50,6 +51,8 @@ enum Verb {
     Run(run::Args),
     /// Publish frames from this process to a run in another one.
     Camera(camera::Args),
+    /// Play the camera and the robot of a run file for a run in another process.
+    Hardware(hardware::Args),
     /// Plan once, from a PDDL problem.
     Plan(plan::Args),
     /// Check a plan against a PDDL problem.
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
     let done = match cli.verb {
         Verb::Run(args) => run::run(&args),
         Verb::Camera(args) => camera::run(&args),
+        Verb::Hardware(args) => hardware::run(&args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),

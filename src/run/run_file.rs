@@ -8,7 +8,7 @@ use super::ConfigError;
 use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
-use crate::hardware::FaultConfig;
+use crate::hardware::{CAMERAS, EXTERNAL, FaultConfig, ROBOTS};
 use crate::parts::PartChoice;
 use crate::perception::tracking::{BeliefConfig, HullConfig};
 use crate::planners::PlannerConfig;
@@ -73,22 +73,14 @@ pub struct GoalConfig {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraConfig {
-    /// What it is.
-    pub kind: CameraKind,
+    /// A key of `hardware::CAMERAS`.
+    pub kind: String,
+    /// The camera's own options.
+    pub options: Option<toml::Table>,
     /// Frames per second.
     pub rate_hz: f64,
     /// How long a frame may be missing before the run ends with exit code 5, seconds of wall time.
     pub wait_s: f64,
-}
-
-/// Where frames come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CameraKind {
-    /// Another process publishes them.
-    External,
-    /// The simulator renders them.
-    Sim,
 }
 
 /// `[perception]`.
@@ -140,22 +132,17 @@ impl ExemplarConfig {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
-    /// What it is.
-    pub kind: RobotKind,
+    /// A key of `hardware::ROBOTS`.
+    pub kind: String,
+    /// The robot's own options.
+    pub options: Option<toml::Table>,
+    /// How long a robot's state may be missing before the run ends with exit code 5, seconds of
+    /// wall time.
+    pub wait_s: f64,
     /// How it moves; not for `none`.
     pub motion: Option<MotionConfig>,
     /// Its shape in the picture; not for `none`.
     pub hull: Option<HullConfig>,
-}
-
-/// What acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RobotKind {
-    /// Nothing: the first confirmed plan is the result.
-    None,
-    /// The simulated gripper.
-    Sim,
 }
 
 impl RunConfig {
@@ -168,30 +155,26 @@ impl RunConfig {
             let got = self.camera.rate_hz.to_string();
             return value("camera.rate_hz", "a positive number", got);
         }
-        let sim = [self.camera.kind == CameraKind::Sim, self.robot.kind == RobotKind::Sim];
-        if sim.contains(&true) && self.sim.is_none() {
-            return value(
-                "sim",
-                "a table, for a camera or robot of kind \"sim\"",
-                "none".to_owned(),
-            );
+        if !(self.robot.wait_s.is_finite() && self.robot.wait_s > 0.0) {
+            return value("robot.wait_s", "a positive number", self.robot.wait_s.to_string());
         }
-        if sim == [false, true] {
-            let got = "a simulated robot".to_owned();
-            return value("camera.kind", "\"sim\" beside a robot of kind \"sim\"", got);
+        CAMERAS.find("camera.kind", &self.camera.kind)?;
+        ROBOTS.find("robot.kind", &self.robot.kind)?;
+        let [camera, robot] = [&self.camera.kind, &self.robot.kind];
+        if robot == "sim" && camera != "sim" {
+            let expected = "\"sim\" beside a robot of kind \"sim\"";
+            return value("camera.kind", expected, camera.clone());
         }
-        if self.clock == ClockKind::Lockstep && sim != [true, true] {
-            let got = "lockstep".to_owned();
-            return value("clock", "\"realtime\", unless camera and robot are simulated", got);
+        // Time stands still between frames only where camera and robot are of one world.
+        if self.clock == ClockKind::Lockstep && camera != robot {
+            let expected = "\"realtime\", unless camera and robot are of the same kind";
+            return value("clock", expected, "lockstep".to_owned());
         }
         if self.clock == ClockKind::Lockstep && self.perception.beside == Some(true) {
             let got = "true in lockstep, where every frame waits for its answer".to_owned();
             return value("perception.beside", "false, or clock = \"realtime\"", got);
         }
         self.planner.check()?;
-        if self.robot.kind != RobotKind::None && self.robot.motion.is_none() {
-            return value("robot.motion", "a table, for a robot that acts", "none".to_owned());
-        }
         for &pose in self.robot.motion.iter().flat_map(|motion| &motion.look_poses) {
             let reaches = self.robot.motion.as_ref().is_some_and(|motion| motion.reaches(pose));
             if !reaches {
@@ -237,9 +220,9 @@ impl RunConfig {
             return run.clone();
         }
         let stem = self.origin.file_stem().and_then(|s| s.to_str()).unwrap_or("run");
-        match self.camera.kind {
-            CameraKind::External => stem.to_owned(),
-            CameraKind::Sim => format!("{stem}-{}", std::process::id()),
+        if [&self.camera.kind, &self.robot.kind].iter().any(|kind| *kind == EXTERNAL) {
+            return stem.to_owned();
         }
+        format!("{stem}-{}", std::process::id())
     }
 }
