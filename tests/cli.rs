@@ -130,7 +130,7 @@ fn settings_that_make_no_sense_are_named() {
         ("sede=1", "configs/blocksworld.toml with --set: TOML parse error"),
         ("seed=abc", "invalid type: string \"abc\", expected u64"),
         ("camera.rate_hz=-1", "camera.rate_hz: expected a positive number, got -1"),
-        ("camera.kind=radar", "unknown variant `radar`"),
+        ("camera.kind=radar", "camera.kind: expected external or images or sim, got radar"),
         ("goal.kind=telepathy", "unknown goal kind \"telepathy\": expected one of image"),
         ("perception.detector=eyes", "perception.detector: expected annotated or colour"),
         ("planner.name=oracle", "planner.name: expected embedded or fast-downward, got oracle"),

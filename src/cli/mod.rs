@@ -8,6 +8,7 @@ mod goal;
 mod ground;
 mod hardware;
 mod narrate;
+mod parts;
 mod plan;
 mod run;
 mod stress;
@@ -63,6 +64,8 @@ enum Verb {
     Goal(goal::Args),
     /// Render and label the examples of a simulated camera.
     Exemplar(exemplar::Args),
+    /// List detectors, planners and all other parts, with their options.
+    Parts(parts::Args),
     /// Measure on data sets.
     Eval(eval::Args),
     /// Measure what replanning costs.
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Verb::Ground(args) => ground::run(&args),
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(args) => exemplar::run(&args),
+        Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),
     };

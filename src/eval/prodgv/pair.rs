@@ -1,6 +1,6 @@
 //! One (exemplar, test) pair: what it is given and what came of it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 
@@ -13,8 +13,8 @@ use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
 use crate::perception::grounders::Grounder;
 use crate::perception::model::ObjectBox;
 use crate::perception::{Observation, State};
-use crate::planners::{Deadlines, PlanQuery, Planner};
-use crate::planning::Outcome;
+use crate::planners::{NO_COSTS, PlanQuery, Planner};
+use crate::planning::{NO_PENALTIES, Outcome, PlanRequest};
 
 /// What an episode is carried out with.
 #[derive(Clone, Copy)]
@@ -129,14 +129,14 @@ pub struct Failure {
 /// Plans a problem; no step has failed before.
 pub(super) fn solve(domain: &Domain, planner: &dyn Planner, problem: &Problem) -> Outcome {
     let objects: Vec<Typed> = problem.objects.iter().chain(&domain.constants).cloned().collect();
-    let query = PlanQuery {
-        domain,
+    let request = PlanRequest {
         objects: &objects,
         init: &problem.init,
         goal: &problem.goal,
-        penalties: &BTreeMap::new(),
-        grounded: None,
-        deadlines: Deadlines::NONE,
+        costs: &NO_COSTS,
+        minimise_cost: false,
+        penalties: &NO_PENALTIES,
     };
+    let query = PlanQuery::once(domain, &request);
     planner.plan(&query).outcome
 }
