@@ -1,4 +1,4 @@
-//! What each source of the replanning cascade costs, on packed states and from whole scenes.
+//! What each source of the plan-reuse cascade costs, on packed states and from whole scenes.
 //!
 //! `tests/replanning_memory.rs` holds what an episode may take of the heap; `groundloop stress`
 //! measures the planner actor behind its topics, in processor time and with tails.

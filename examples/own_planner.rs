@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use groundloop::logic::{Facts, Universe, bind, effects, evaluate};
 use groundloop::pddl::{Action, Atom, SourceText, Step, Typed, parse_domain, parse_problem};
-use groundloop::planners::{Deadlines, PlanQuery, Planner};
+use groundloop::planners::{PlanQuery, Planner};
 use groundloop::planning::{
     Outcome, Plan, PlanAnswer, PlanRequest, Proof, Statistics, Validation, validate,
 };
@@ -115,15 +115,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (:goal (and (on b c) (on c a))))";
     let problem = SourceText { name: "three".to_owned(), text: problem.to_owned() };
     let problem = parse_problem(&problem, &domain)?.value;
-    let query = PlanQuery {
-        domain: &domain,
-        objects: &problem.objects,
-        init: &problem.init,
-        goal: &problem.goal,
-        penalties: &BTreeMap::new(),
-        grounded: None,
-        deadlines: Deadlines::NONE,
-    };
+    let query = PlanQuery::once(&domain, &PlanRequest::new(&problem));
     let Outcome::Solved(plan) = BreadthFirst.plan(&query).outcome else {
         return Err("expected a plan".into());
     };

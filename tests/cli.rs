@@ -112,7 +112,7 @@ fn settings_that_make_no_sense_are_named() {
         ("sede=1", "--set sede: unknown key; did you mean seed?"),
         ("seed=abc", "--set seed: expected an integer, 0 or more, got the string \"abc\""),
         ("camera.rate_hz=-1", "--set camera.rate_hz: expected a number above 0, got -1"),
-        ("camera.kind=radar", "--set camera.kind: expected \"external\" or \"sim\", got"),
+        ("camera.kind=radar", "camera.kind: expected \"external\" or \"images\""),
         ("goal.kind=telepathy", "--set goal.kind: expected \"image\" or \"instruction\""),
         ("perception.detector=eyes", "perception.detector: expected \"annotated\" or \"colour\""),
         ("planner.name=oracle", "planner.name: expected \"embedded\" or \"fast-downward\", got"),

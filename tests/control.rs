@@ -33,7 +33,7 @@ struct Operator {
 impl Operator {
     async fn at(bus: &Bus) -> Self {
         let controls = bus.publisher(&CONTROL).unwrap();
-        let decisions = bus.subscriber(&DECISION, Depth::all(256)).unwrap();
+        let decisions = bus.subscriber(&DECISION, Depth::all(64)).unwrap();
         let events = EventReader::open(bus).unwrap();
         let (_, context) = join(bus).await.unwrap();
         Self { controls, decisions, events, context }
@@ -155,9 +155,9 @@ async fn watch(bus: &Bus) -> (WireContext, usize, usize, Vec<ActorHealth>, Verdi
     assert!(run.config.contains("clock"), "{}", run.config);
     assert_eq!(run.program_version, env!("CARGO_PKG_VERSION"));
     let mut scenes: Subscriber<TaskHeader, SceneRecord> =
-        bus.subscriber(&SCENE, Depth::all(256)).unwrap();
+        bus.subscriber(&SCENE, Depth::all(64)).unwrap();
     let mut plans: Subscriber<TaskHeader, StepRecord> =
-        bus.subscriber(&PLAN, Depth::all(256)).unwrap();
+        bus.subscriber(&PLAN, Depth::all(64)).unwrap();
     let mut healths: Subscriber<StreamHeader, HealthRecord> =
         bus.subscriber(&HEALTH, Depth::all(64)).unwrap();
     let mut verdicts: Subscriber<StreamHeader, u8> =

@@ -2,12 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
+#[path = "layers/circles.rs"]
+mod circles;
 mod common;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use circles::Modules;
 use common::{files_below, in_project, project};
 
 /// Who alone may name an outside crate: name, folders that are read, beginnings of paths.
@@ -234,6 +237,12 @@ fn uses(lines: &[Line]) -> Vec<(usize, String)> {
     found
 }
 
+/// The lines before the tests that stand at the end of a file.
+fn before_tests(lines: &[Line]) -> &[Line] {
+    let begin = |pair: &[Line]| pair[0].1 == "#[cfg(test)]" && pair[1].1 == "mod tests {";
+    &lines[..lines.windows(2).position(begin).unwrap_or(lines.len())]
+}
+
 #[test]
 fn a_module_uses_only_what_stands_before_it() {
     let order = modules();
@@ -246,7 +255,7 @@ fn a_module_uses_only_what_stands_before_it() {
         }
         let from = module_of(&shown);
         let Some(from_place) = place(from) else { continue };
-        for (number, to) in uses(&code_of(&path)) {
+        for (number, to) in uses(before_tests(&code_of(&path))) {
             let Some(to_place) = place(&to) else {
                 faults.push(format!("{shown}:{number}: write crate::module::…, one to a line"));
                 continue;
@@ -257,6 +266,46 @@ fn a_module_uses_only_what_stands_before_it() {
         }
     }
     none(&faults);
+}
+
+/// The code of a crate's files that are no tests, by their paths below its folder.
+fn source(folder: &str) -> Vec<(String, String)> {
+    let root = project(folder);
+    let files = files_below(&root, "rs").into_iter().filter(|path| !is_test(&in_project(path)));
+    let read = |path: std::path::PathBuf| {
+        let below = path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned();
+        let lines: Vec<String> = code_of(&path).into_iter().map(|(_, line)| line).collect();
+        (below, lines.join("\n"))
+    };
+    files.map(read).collect()
+}
+
+/// Within every folder, files and folders use each other in one direction only.
+#[test]
+fn there_are_no_circles_between_files() {
+    for folder in ["src", "sim/src"] {
+        none(&Modules::read(&source(folder)).circles());
+    }
+}
+
+#[test]
+fn circles_are_found_through_exports_and_folders() {
+    let file = |path: &str, code: &str| (path.to_owned(), code.to_owned());
+    let lib = file("lib.rs", "mod a;\nmod b;\nmod c;\npub use c::Thing;");
+    let c = file("c.rs", "pub struct Thing;");
+    let circles = |a: &str, b: &str| {
+        let files = [lib.clone(), file("a/mod.rs", "mod x;\npub use x::X;"), c.clone()];
+        let inner = [file("a/x.rs", a), file("b.rs", b)];
+        Modules::read(&[&files[..], &inner].concat()).circles()
+    };
+    let to_b = "use crate::{\n    b::{self, B as Other},\n    Thing,\n};";
+    assert_eq!(circles(to_b, "pub struct B;"), [] as [&str; 0]);
+    for back in ["use crate::a::X;", "use super::a;", "fn f() -> crate::a::X {}"] {
+        assert_eq!(circles(to_b, back).len(), 1, "{back}");
+    }
+    let in_tests = "pub struct B;\n#[cfg(test)]\nmod tests {\n    use crate::a::X;\n}";
+    assert_eq!(circles(to_b, in_tests), [] as [&str; 0]);
+    assert_eq!(circles("use super::Own;", "use crate::Thing;"), [] as [&str; 0], "its own folder");
 }
 
 #[test]

@@ -55,17 +55,17 @@ async fn how_much_waits_is_the_affair_of_each_reader() {
     let mut viewer: Subscriber<TaskHeader, SceneRecord> =
         test.bus.subscriber(&SCENE, Depth::newest()).unwrap();
     let mut recorder: Subscriber<TaskHeader, SceneRecord> =
-        test.bus.subscriber(&SCENE, Depth::all(100)).unwrap();
-    for cycle in 0..100 {
+        test.bus.subscriber(&SCENE, Depth::all(64)).unwrap();
+    for cycle in 0..64 {
         scenes.publish(task(cycle), &[SceneRecord::default(); 3]).unwrap();
     }
-    assert_eq!(viewer.newest().await.unwrap().header().cycle, 99);
-    for cycle in 0..100 {
+    assert_eq!(viewer.newest().await.unwrap().header().cycle, 63);
+    for cycle in 0..64 {
         assert_eq!(recorder.next().await.unwrap().header().cycle, cycle);
     }
     assert_eq!(recorder.drops(), Drops::default());
-    let error = test.bus.subscriber::<TaskHeader, SceneRecord>(&SCENE, Depth::all(257));
-    let expect = "cannot open topic scene: 257 messages waiting, at most 256";
+    let error = test.bus.subscriber::<TaskHeader, SceneRecord>(&SCENE, Depth::all(65));
+    let expect = "cannot open topic scene: 65 messages waiting, at most 64";
     assert_eq!(error.unwrap_err().to_string(), expect);
 }
 
@@ -74,7 +74,7 @@ async fn how_much_waits_is_the_affair_of_each_reader() {
 async fn a_topic_has_room_for_many_readers() {
     let test = open("many");
     let scenes: Publisher<TaskHeader, SceneRecord> = test.bus.publisher(&SCENE).unwrap();
-    let readers = (0..32).map(|_| test.bus.subscriber(&SCENE, Depth::newest()).unwrap());
+    let readers = (0..16).map(|_| test.bus.subscriber(&SCENE, Depth::newest()).unwrap());
     let mut readers: Vec<Subscriber<TaskHeader, SceneRecord>> = readers.collect();
     scenes.publish(task(1), &[SceneRecord::default()]).unwrap();
     for reader in &mut readers {

@@ -1,10 +1,11 @@
 //! Skill executor actor: hosts the executive; every plan gets one command.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::pause::{Pace, Requests};
 use super::scene_parser::fresh;
-use super::{ActorError, Checkpoint, Monitor};
+use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig};
 use crate::messages::{
@@ -24,7 +25,7 @@ use crate::transport::wire::{
     CommandRecord, ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord,
     RobotStateRecord, SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
 };
-use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportError};
+use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
@@ -37,6 +38,8 @@ pub struct SkillExecutorArgs {
     pub config: Arc<ExecutiveConfig>,
     /// Which clock scenes are aged by.
     pub clock: ClockKind,
+    /// How long the state of a robot that acts may be missing, wall time.
+    pub robot_wait: Duration,
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<SkillExecutorMemory>,
     /// Panics on purpose.
@@ -49,6 +52,8 @@ pub struct SkillExecutorMemory {
     executive: Executive,
     scene: Option<Scene>,
     robot: Option<RobotState>,
+    /// When the newest state came, monotonic clock.
+    robot_heard_ns: u64,
     n_commands: u64,
     n_events: u64,
     requests: Requests,
@@ -90,9 +95,13 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         verdicts: bus.publisher(&VERDICT)?,
     };
     let mut memory = args.checkpoint.load();
+    let mut robot_deadline = Box::pin(tokio::time::sleep(args.robot_wait));
     loop {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
+        let read_state = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
         let is_paused = memory.requests.pace == Pace::Paused;
+        // Nothing can be decided for a robot that is not there yet.
+        let waits = args.config.motion.is_some() && memory.robot.is_none();
         let plan = tokio::select! {
             biased;
             message = ports.controls.next() => {
@@ -102,7 +111,14 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 args.checkpoint.store(memory.clone());
                 continue;
             }
-            plan = ports.plans.newest_of(read), if !is_paused => plan?,
+            state = ports.states.newest_of(read_state), if waits => {
+                memory.hear_robot(state?);
+                continue;
+            }
+            () = &mut robot_deadline, if waits => {
+                return Err(robot_is_missing(args.robot_wait).into());
+            }
+            plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
         };
         if memory.last_cycle == Some(plan.cause.cycle) {
             continue; // a restarted planner's history
@@ -124,18 +140,38 @@ async fn stay_open() -> Result<(), ActorError> {
     std::future::pending().await
 }
 
+/// No state has come for too long.
+fn robot_is_missing(wait: Duration) -> Fatal {
+    Fatal::Missing {
+        what: format!("the robot: no state on robot/state for {:.1} s", wait.as_secs_f64()),
+        how: "start the process that plays it, or raise robot.wait_s".to_owned(),
+    }
+}
+
 impl SkillExecutorMemory {
+    fn hear_robot(&mut self, state: RobotState) {
+        (self.robot, self.robot_heard_ns) = (Some(state), monotonic_ns());
+    }
+
     /// Gathers what has arrived and decides; `None` while no scene has come.
     fn decide(
         &mut self,
         args: &SkillExecutorArgs,
         ports: &mut Ports,
         plan: &PlanMessage,
-    ) -> Result<Option<Decision>, TransportError> {
+    ) -> Result<Option<Decision>, ActorError> {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         self.scene = ports.scenes.drain_newest_of(read)?.or(self.scene.take());
         let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
-        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
+        if let Some(state) = ports.states.drain_newest_of(read)? {
+            self.hear_robot(state);
+        }
+        let silence_ns = u128::from(monotonic_ns().saturating_sub(self.robot_heard_ns));
+        // In lockstep the robot speaks when it has been told something.
+        let may_be_silent = args.config.motion.is_none() || args.clock == ClockKind::Lockstep;
+        if !may_be_silent && silence_ns > args.robot_wait.as_nanos() {
+            return Err(robot_is_missing(args.robot_wait).into());
+        }
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         let Some(scene) = &self.scene else { return Ok(None) };
         let now_ns = match args.clock {

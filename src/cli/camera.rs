@@ -63,7 +63,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 /// Ends when SIGTERM comes: the ports close cleanly.
-async fn terminated() {
+pub(super) async fn terminated() {
     use tokio::signal::unix::{SignalKind, signal};
     match signal(SignalKind::terminate()) {
         Ok(mut terminate) => {

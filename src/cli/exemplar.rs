@@ -34,7 +34,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         std::fs::write(path, bytes)
             .map_err(|e| Failure::bad_input(format!("{}: {e}", path.display())))
     };
-    std::fs::create_dir_all(&target)
+    std::fs::create_dir_all(target)
         .map_err(|e| Failure::bad_input(format!("{}: {e}", target.display())))?;
     let scenes = label_scenes(folder.scenes(), config.sim()?, config.seed);
     for scene in scenes.map_err(ConfigError::from)? {

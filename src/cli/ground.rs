@@ -7,12 +7,14 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::goal::choice;
+use super::plan::planner;
 use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
 use crate::parts::PartContext;
 use crate::pddl::Atom;
 use crate::perception::{GroundedImage, phrase_of_name};
-use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest, plan};
+use crate::planners::{NO_COSTS, PlanQuery};
+use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest};
 use crate::run::{ConfigError, DomainFolder, ExemplarFiles, StillImageParts, environment};
 
 #[derive(Debug, clap::Args)]
@@ -56,6 +58,12 @@ pub(super) struct Args {
     /// Which grounder judges the facts.
     #[arg(long, default_value = "s2s")]
     grounder: String,
+    /// Who plans.
+    #[arg(long, default_value = "embedded", value_name = "NAME")]
+    planner: String,
+    /// The planner's own options: a TOML file with what `[planner.options]` of a run file has.
+    #[arg(long, value_name = "FILE")]
+    planner_options: Option<PathBuf>,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -82,7 +90,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         goal.expected.retain(|e| grounded.state.objects.iter().all(|seen| seen.name != e.name));
         grounded.named.unplaced.iter().for_each(|reason| out::note(&format!("phrase {reason}")));
     }
-    let outcome = goal.as_ref().map(|goal| solve(&folder, &grounded, goal)).transpose()?;
+    let outcome = goal.as_ref().map(|goal| solve(args, &folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;
     Ok(match &outcome {
         None | Some(Outcome::Solved(_)) => 0,
@@ -122,6 +130,7 @@ fn read_goal(
 }
 
 fn solve(
+    args: &Args,
     folder: &DomainFolder,
     grounded: &GroundedImage,
     goal: &ParsedGoal,
@@ -130,16 +139,17 @@ fn solve(
         let message = format!("the goal names {}, which is not in the image", missing.name);
         return Err(Failure { message, code: exit::GAVE_UP });
     }
-    let costs = std::collections::BTreeMap::new();
     let request = PlanRequest {
         objects: &grounded.state.objects,
         init: &grounded.state.facts.known,
         goal: &goal.goal,
-        costs: &costs,
+        costs: &NO_COSTS,
         minimise_cost: false,
         penalties: &NO_PENALTIES,
     };
-    Ok(plan(&folder.domain, &request, &Budget::standard()).outcome)
+    let choice = choice("--planner", &args.planner, args.planner_options.as_deref())?;
+    let planner = planner(&choice, &Budget::standard())?;
+    Ok(planner.plan(&PlanQuery::once(&folder.domain, &request)).outcome)
 }
 
 fn report(

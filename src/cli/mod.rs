@@ -7,7 +7,9 @@ mod eval;
 mod exemplar;
 mod goal;
 mod ground;
+mod hardware;
 mod narrate;
+mod parts;
 mod plan;
 mod run;
 mod stress;
@@ -53,6 +55,8 @@ enum Verb {
     Camera(camera::Args),
     /// Show, check and describe run files.
     Config(config::Args),
+    /// Play the camera and the robot of a run file for a run in another process.
+    Hardware(hardware::Args),
     /// Plan once, from a PDDL problem.
     Plan(plan::Args),
     /// Check a plan against a PDDL problem.
@@ -63,6 +67,8 @@ enum Verb {
     Goal(goal::Args),
     /// Render and label the examples of a simulated camera.
     Exemplar(exemplar::Args),
+    /// List detectors, planners and all other parts, with their options.
+    Parts(parts::Args),
     /// Measure on data sets.
     Eval(eval::Args),
     /// Measure what replanning costs.
@@ -77,11 +83,13 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => run::run(&args),
         Verb::Camera(args) => camera::run(&args),
         Verb::Config(args) => config::run(&args),
+        Verb::Hardware(args) => hardware::run(&args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(args) => exemplar::run(&args),
+        Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),
     };

@@ -7,12 +7,12 @@ use serde_json::json;
 use super::goal::choice;
 use super::{Failure, exit, out};
 use crate::clock::monotonic_ns;
-use crate::parts::PartContext;
+use crate::parts::{PartChoice, PartContext};
 use crate::pddl::{
     Domain, Parsed, Problem, SourcePosition, SourceText, Warning, parse_domain, parse_problem,
 };
-use crate::planners::{FastDownward, PLANNERS, PlannerInputs};
-use crate::planning::{Budget, Outcome, PlanRequest, Validation, plan, validate};
+use crate::planners::{PLANNERS, PlanQuery, Planner, PlannerInputs};
+use crate::planning::{Budget, Outcome, PlanRequest, Validation, validate};
 use crate::run::{ConfigError, environment, read_text};
 
 #[derive(Debug, clap::Args)]
@@ -29,7 +29,7 @@ pub(super) struct Args {
     /// Most states that the search for any plan expands; 0 leaves it out.
     #[arg(long, default_value_t = Budget::standard().greedy_expansions_max)]
     expansions: u64,
-    /// Who plans: `embedded` or `fast-downward`.
+    /// Who plans: see `groundloop parts planner`.
     #[arg(long, default_value = "embedded", value_name = "NAME")]
     planner: String,
     /// TOML file with the planner's own options (`[planner.options]` of a run file).
@@ -136,25 +136,13 @@ fn answer(
         greedy_expansions_max: args.expansions,
         ..Budget::standard()
     };
-    PLANNERS.find("--planner", &args.planner).map_err(ConfigError::from)?;
-    // Of all planners, this one alone is asked with costs.
-    if args.planner == "fast-downward" {
-        let planner = fast_downward(&args.planner, args.planner_options.as_deref())?;
-        let answer = planner.solve(domain, request, &|| false);
-        return Ok((answer.outcome, answer.expanded));
-    }
-    if let Some(path) = &args.planner_options {
-        let text = format!("{}: the planner {:?} has no options", path.display(), args.planner);
-        return Err(Failure::bad_input(text));
-    }
-    let answer = plan(domain, request, &budget);
+    let choice = choice("--planner", &args.planner, args.planner_options.as_deref())?;
+    let answer = planner(&choice, &budget)?.plan(&PlanQuery::once(domain, request));
     Ok((answer.outcome, answer.statistics.expanded()))
 }
 
-/// Fast Downward with the options of a file, where there is one.
-pub(super) fn fast_downward(name: &str, options: Option<&Path>) -> Result<FastDownward, Failure> {
-    let choice = choice("--planner", name, options)?;
-    let inputs = PlannerInputs { budget: &Budget::standard() };
-    let context = PartContext { choice: &choice, inputs, environment };
-    Ok(FastDownward::new(&context).map_err(ConfigError::from)?)
+/// Makes the chosen planner.
+pub(super) fn planner(choice: &PartChoice, budget: &Budget) -> Result<Box<dyn Planner>, Failure> {
+    let context = PartContext { choice, inputs: PlannerInputs { budget }, environment };
+    Ok(PLANNERS.build(&context).map_err(ConfigError::from)?)
 }

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use comfy_table::{Cell as Text, CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::plan::fast_downward;
+use super::goal::choice;
+use super::plan::planner;
 use super::{Failure, exit, out};
+use crate::planning::Budget;
 use crate::run::{ConfigError, read_text};
 use crate::stress::{
     Cell, CheckVerdict, Comparison, Judgement, Options, StressConfig, StressError, StressReport,
@@ -39,8 +41,8 @@ pub(super) struct Args {
     /// Draws latency over size.
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
-    /// Gives some of the states to another planner too: `fast-downward`.
-    #[arg(long, value_name = "PLANNER", value_parser = ["fast-downward"])]
+    /// Gives some of the states to another planner too.
+    #[arg(long, value_name = "PLANNER")]
     compare: Option<String>,
     /// TOML file with that planner's own options.
     #[arg(long, value_name = "FILE", requires = "compare")]
@@ -58,14 +60,17 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let instances = instances(&config, args.data.as_deref())?;
     let baseline = args.check.as_deref().map(read_report).transpose()?;
     let other = match &args.compare {
-        Some(name) => Some(fast_downward(name, args.compare_options.as_deref())?),
+        Some(name) => {
+            let choice = choice("--compare", name, args.compare_options.as_deref())?;
+            Some((name.as_str(), planner(&choice, &Budget::standard())?))
+        }
         None => None,
     };
     let options = Options {
         config: &config,
         instances: &instances,
         bus: BusConfig::for_run(format!("stress-{}", std::process::id())),
-        compare: other.as_ref(),
+        compare: other.as_ref().map(|(name, planner)| (*name, &**planner)),
     };
     let bar = bar();
     let mut progress = |done: u64, all: u64, name: &str| {

@@ -39,7 +39,7 @@ pub const CAMERAS: [(&str, Option<Viewpoint>); 3] = [
 pub enum Used {
     /// Its box: the paper's features.
     Boxes,
-    /// Its pixels.
+    /// Which pixels are its own.
     Masks,
     /// Its volume, from depth.
     Volumes,
@@ -58,7 +58,7 @@ pub enum Source {
 /// How well the facts of all scenes were told, seen from one place by one feature.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// The domain.
+    /// Name of its folder.
     pub domain: String,
     /// The camera, one of [`CAMERAS`].
     pub camera: &'static str,

@@ -141,7 +141,7 @@ impl Executive {
         })
     }
 
-    /// Breaks a running step off where its motion allows it; otherwise it finishes.
+    /// Cancels a running step where its motion allows it; otherwise it finishes.
     pub(super) fn preempt(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
         let go_on = Answer::Command(CommandKind::Continue);
         let (Phase::Running(running), Some(robot)) = (&self.phase, cycle.input.robot) else {
@@ -160,7 +160,7 @@ impl Executive {
         }
     }
 
-    /// Breaks a running step off wherever its motion is: the tool goes straight up and keeps what
+    /// Cancels a running step wherever its motion is: the tool goes straight up and keeps what
     /// it holds. Said once.
     pub(super) fn cancel(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
         let go_on = Answer::Command(CommandKind::Continue);

@@ -99,7 +99,7 @@ pub struct Executive {
     looks: u32,
     /// How many of the robot's view poses have been taken since the last dispatch.
     views_taken: usize,
-    /// Doubts that another look did not remove.
+    /// Anomalies that another look did not remove.
     accepted_anomalies: BTreeSet<Anomaly>,
     unseen_frames: u32,
     /// What people were last told to wait for.
@@ -185,7 +185,7 @@ impl Executive {
         }
     }
 
-    /// The command for a pause: the robot holds. A step that it breaks off with that is planned
+    /// The command for a pause: the robot holds. A step that it cancels with that is planned
     /// anew.
     pub fn hold(&self, frame_sequence: u64, capture_ns: u64) -> Command {
         Command {

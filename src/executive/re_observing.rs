@@ -13,7 +13,7 @@ use crate::skills::SkillContext;
 pub(super) struct ReObserving {
     pub(super) command_id: u64,
     pub(super) started_ns: u64,
-    /// When it was told to break off.
+    /// When it was told to cancel.
     pub(super) cancelled_ns: Option<u64>,
 }
 
@@ -54,7 +54,7 @@ impl Executive {
         Some(Answer::Command(CommandKind::Start(Motion { waypoints })))
     }
 
-    /// Waits until a view pose is reached. One that takes too long is broken off: the frames from
+    /// Waits until a view pose is reached. One that takes too long is cancelled: the frames from
     /// there are as good as any.
     pub(super) fn await_view(&mut self, cycle: &Cycle<'_>) -> Option<Answer> {
         let Phase::ReObserving(re_observing) = &mut self.phase else { return None };
@@ -66,8 +66,8 @@ impl Executive {
         Some(Answer::Command(CommandKind::Continue))
     }
 
-    /// Looks again while there are anomalies that concern what comes next. Doubts that stay after
-    /// `limits.observations_max` frames are told and put up with: what depends on them is unknown, and
+    /// Looks again while there are anomalies that concern what comes next. Anomalies that stay after
+    /// `limits.observations_max` frames are told and accepted: what depends on them is unknown, and
     /// nothing is done on unknown facts.
     pub(super) fn re_observe_anomalies(
         &mut self,

@@ -11,15 +11,15 @@ pub(super) struct Running {
     pub(super) step: Step,
     pub(super) command_id: u64,
     pub(super) started_ns: u64,
-    /// Points of the motion until which it may be broken off.
+    /// Points of the motion until which it may be cancelled.
     pub(super) retractable: Vec<bool>,
     /// Where the objects were that the motion goes to.
     pub(super) targets: Vec<(Name, nalgebra::Point3<f64>)>,
     /// What the step should change.
     pub(super) effects: Effects,
-    /// When it was told to break off.
+    /// When it was told to cancel.
     pub(super) cancelled_ns: Option<u64>,
-    /// Why it counts as failed even if it breaks off as told.
+    /// Why it counts as failed even if it is cancelled as told.
     pub(super) fault: Option<String>,
 }
 
@@ -168,7 +168,7 @@ impl Executive {
         })
     }
 
-    /// Whether the robot did not even break off in time.
+    /// Whether the robot did not even cancel in time.
     pub(super) fn is_hung(&self, cycle: &Cycle<'_>) -> bool {
         let cancelled_ns = match &self.phase {
             Phase::Running(running) => running.cancelled_ns,
@@ -183,7 +183,7 @@ impl Executive {
 }
 
 impl Running {
-    /// Whether the motion may be broken off where the robot is now.
+    /// Whether the motion may be cancelled where the robot is now.
     pub(super) fn is_retractable(&self, phase: usize) -> bool {
         self.retractable.get(phase).copied().unwrap_or(false)
     }

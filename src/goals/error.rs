@@ -17,7 +17,7 @@ pub enum GoalError {
     /// The domain's `language.toml` is wrong.
     #[error("{file}: {message}")]
     Language {
-        /// The file.
+        /// The path as it was given.
         file: String,
         /// What is wrong; names the key.
         message: String,
@@ -40,7 +40,7 @@ pub enum GoalError {
     Key {
         /// The variable.
         variable: String,
-        /// What is wrong with it.
+        /// What was expected and what was found.
         reason: String,
     },
     /// A bound was met before there was a goal.
@@ -56,9 +56,9 @@ pub enum GoalError {
     /// A goal image shows no goal.
     #[error("goal image {path}: {reason}")]
     Image {
-        /// The file.
+        /// The photograph.
         path: String,
-        /// What is wrong with it.
+        /// What was expected and what was found.
         reason: String,
     },
     /// More must be seen first.
@@ -150,7 +150,7 @@ pub enum Reason {
     /// A word is not in the domain's language.
     #[error("\"{word}\" is not a word of this domain{}", did_you_mean(close))]
     UnknownWord {
-        /// The word.
+        /// As it was written.
         word: String,
         /// Known words that come close, best first.
         close: Vec<String>,
@@ -158,7 +158,7 @@ pub enum Reason {
     /// A word is only known as part of longer phrases.
     #[error("\"{word}\" alone means nothing here; it is known in {}", quoted(phrases, ", "))]
     PartOfPhrase {
-        /// The word.
+        /// As it was written.
         word: String,
         /// Some of the phrases, without articles.
         phrases: Vec<String>,
@@ -184,13 +184,13 @@ pub enum Reason {
     NoObject {
         /// "before" or "after".
         side: &'static str,
-        /// The relation's words.
+        /// The words of the relation, as they were written.
         word: String,
     },
     /// A word stands where it means nothing.
     #[error("\"{word}\" makes no sense here: expected {expected}")]
     OutOfPlace {
-        /// The word.
+        /// As it was written.
         word: String,
         /// What was expected.
         expected: &'static str,
@@ -198,7 +198,7 @@ pub enum Reason {
     /// A relation or property is not for these objects.
     #[error("\"{word}\" cannot be said of {given}: expected {wanted}")]
     WrongTypes {
-        /// The relation's words.
+        /// The words of the relation, as they were written.
         word: String,
         /// The types of the objects.
         given: String,
@@ -208,7 +208,7 @@ pub enum Reason {
     /// Several objects fit the words.
     #[error("\"{phrase}\" may be any of {}", list(candidates))]
     Ambiguous {
-        /// The words.
+        /// As they were written.
         phrase: String,
         /// The objects that fit.
         candidates: Vec<Name>,
@@ -216,7 +216,7 @@ pub enum Reason {
     /// The words need objects that have not been seen.
     #[error("\"{phrase}\" cannot be told yet: {seen} of {wanted} {type_name} objects seen")]
     NotSeen {
-        /// The words.
+        /// As they were written.
         phrase: String,
         /// The type looked for.
         type_name: Name,
@@ -228,7 +228,7 @@ pub enum Reason {
     /// Too few or too many objects for a position or a number.
     #[error("\"{phrase}\" does not fit: there are {seen} such objects")]
     WrongNumber {
-        /// The words.
+        /// As they were written.
         phrase: String,
         /// How many objects fit the rest of the words.
         seen: usize,

@@ -72,7 +72,7 @@ pub struct Language {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noun {
-    /// The PDDL type.
+    /// One of the domain's types.
     #[serde(rename = "type")]
     pub type_name: Name,
     /// Phrases for one object ("block").
@@ -131,7 +131,7 @@ pub enum Pick {
 pub struct Relation {
     /// The phrases; several relations may share one, the types of the objects then decide.
     pub phrases: Vec<String>,
-    /// The PDDL predicate.
+    /// One of the domain's predicates.
     pub predicate: Name,
     /// Whether the object said second is the predicate's first argument ("under").
     #[serde(default)]
@@ -142,9 +142,9 @@ pub struct Relation {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Property {
-    /// The phrases.
+    /// Words that say it, each as it is spoken.
     pub phrases: Vec<String>,
-    /// The PDDL predicate.
+    /// One of the domain's predicates.
     pub predicate: Name,
 }
 
@@ -152,7 +152,7 @@ pub struct Property {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sequence {
-    /// The phrases.
+    /// Words that say it, each as it is spoken.
     pub phrases: Vec<String>,
     /// The binary PDDL predicate between neighbours of the list.
     pub predicate: Name,
@@ -211,7 +211,7 @@ fn matches(a: &Pattern, b: &Pattern, left: &Atom, right: &Atom) -> bool {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Pattern {
-    /// The predicate.
+    /// One of the domain's predicates.
     pub predicate: Name,
     /// Its variables, without question marks.
     pub variables: Vec<Name>,

@@ -30,7 +30,7 @@ use crate::scene::{Scene, SceneObject};
 pub struct GoalObject {
     /// Its identity.
     pub name: Name,
-    /// Its PDDL type.
+    /// One of the domain's types.
     pub type_name: Name,
     /// Its colour name, where the detector gives one.
     pub colour: Option<Name>,

@@ -1,10 +1,16 @@
-//! Cameras: frames out. A camera in another process needs no adapter here: it publishes the topic.
+//! Cameras: frames out. A camera in another process needs no adapter here: it is of the kind
+//! `external` and publishes the topic.
 
+use std::collections::BTreeSet;
 use std::pin::Pin;
+use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::HardwareInputs;
 use crate::messages::Frame;
+use crate::parts::Role;
+use crate::pddl::Atom;
 
 /// The next frame, lent until the one after it; `None` when there will be no more.
 pub type NextFrame<'a> =
@@ -14,6 +20,29 @@ pub type NextFrame<'a> =
 pub trait Camera: Send {
     /// Waits until the next frame is due, and captures it.
     fn next(&mut self) -> NextFrame<'_>;
+}
+
+/// Opens a camera, for each start of its actor. Called inside a tokio runtime.
+pub type OpenCamera = Arc<dyn Fn() -> Result<Box<dyn Camera>, CameraError> + Send + Sync>;
+
+/// A camera as a run file chooses it.
+#[derive(Clone, Default)]
+#[expect(missing_debug_implementations, reason = "holds closures")]
+pub struct CameraPort {
+    /// Opens it in this process; without it, another process publishes the frames.
+    pub open: Option<OpenCamera>,
+    /// Width and height of its frames, where they are known beforehand.
+    pub image_size: Option<[u32; 2]>,
+    /// What really holds, where the camera sees a simulated world: for scoring once an episode has
+    /// ended.
+    pub truth: Option<Arc<dyn Fn() -> BTreeSet<Atom> + Send + Sync>>,
+}
+
+impl Role for CameraPort {
+    type Inputs<'a> = HardwareInputs<'a>;
+    const NAME: &'static str = "camera";
+    const KEY: &'static str = "camera.kind";
+    const OPTIONS: &'static str = "camera.options";
 }
 
 /// A camera cannot give frames.

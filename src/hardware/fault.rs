@@ -11,7 +11,7 @@ use crate::mismatch::Mismatch;
 pub struct FaultConfig {
     /// When: at this time of the simulated world, seconds. Either this or `during`.
     pub at_s: Option<f64>,
-    /// When: while this action ("stack") or this step ("(stack red_block blue_block arm)") is carried
+    /// When: while this action (`stack`) or this step (`(stack red_block blue_block arm)`) is carried
     /// out.
     pub during: Option<String>,
     /// Which execution of what `during` names, counted from 1; without the key the first.

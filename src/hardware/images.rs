@@ -1,15 +1,19 @@
 //! Photographs from a folder, each shown for a while.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use image::RgbImage;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use tokio::time::{Interval, MissedTickBehavior};
 
 use super::file::read_rgb;
-use super::{Camera, CameraError, NextFrame};
+use super::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
 use crate::clock::monotonic_ns;
 use crate::messages::Frame;
+use crate::parts::{Part, PartContext, PartError, options_of};
 
 /// Shows each image of a list `repeat` times, again and again.
 #[derive(Debug)]
@@ -19,6 +23,41 @@ pub struct ImageCamera {
     ticks: Interval,
     sequence: u64,
     frames_max: Option<u64>,
+}
+
+/// `[camera.options]` of the kind "images".
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    /// A folder of images, which are shown in the order of their names, or one image.
+    path: String,
+    /// Frames that each image is shown for; 10 without the key.
+    #[serde(default = "repeat")]
+    repeat: u64,
+}
+
+fn repeat() -> u64 {
+    10
+}
+
+/// The entry of the table of cameras.
+pub(super) const CAMERA: Part<CameraPort> = Part {
+    name: "images",
+    help: "image files, each shown for a while, again and again",
+    options: options_of::<Options>(),
+    build,
+};
+
+fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartError> {
+    let Options { path, repeat } = context.options()?;
+    let (path, rate_hz) = (context.path(&path), context.inputs.rate_hz);
+    let fault = |reason: String| PartError::Inputs { reason };
+    let images = find_images(&path).map_err(|e| fault(e.to_string()))?;
+    let first = images.first().map(|first| read_rgb(first).map_err(|e| fault(e.to_string())));
+    let image_size = first.transpose()?.map(|image| [image.width(), image.height()]);
+    let open: OpenCamera =
+        Arc::new(move || Ok(Box::new(ImageCamera::open(&path, rate_hz, repeat, None)?)));
+    Ok(Box::new(CameraPort { open: Some(open), image_size, truth: None }))
 }
 
 /// Endings of files that count as images.

@@ -5,13 +5,25 @@ pub mod images;
 mod camera;
 mod robot;
 mod sequencer;
-#[cfg(feature = "sim")]
-pub mod sim;
+mod setup;
 mod fault;
+mod external;
+mod none;
+pub mod sim;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraError, NextFrame};
+pub use camera::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
 pub use fault::FaultConfig;
-pub use robot::Robot;
+pub use robot::{OpenRobot, Robot, RobotPort};
 pub use sequencer::{Arm, Sequencer, Target};
+pub use setup::{EXTERNAL, HardwareInputs, SharedWorld};
+
+use crate::parts::Registry;
+
+/// Every camera by its `kind` in run files, in alphabetical order.
+pub static CAMERAS: Registry<CameraPort> =
+    Registry(&[external::CAMERA, images::CAMERA, sim::CAMERA]);
+
+/// Every robot by its `kind` in run files, in alphabetical order.
+pub static ROBOTS: Registry<RobotPort> = Registry(&[external::ROBOT, none::ROBOT, sim::ROBOT]);

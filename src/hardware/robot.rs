@@ -1,8 +1,12 @@
-//! Robots: commands in, motion out. A robot that speaks the topics needs no adapter here.
+//! Robots: commands in, motion out. A robot in another process needs no adapter here: it is of the
+//! kind `external` and speaks the topics.
 
+use std::sync::Arc;
 use std::time::Duration;
 
+use super::HardwareInputs;
 use crate::messages::{Command, RobotState, Status};
+use crate::parts::Role;
 
 /// A robot, hosted by the robot actor.
 ///
@@ -28,4 +32,24 @@ pub trait Robot: Send {
 
     /// Everything pending has been sent.
     fn published(&mut self);
+}
+
+/// Opens a robot, for each start of its actor.
+pub type OpenRobot = Arc<dyn Fn() -> Box<dyn Robot> + Send + Sync>;
+
+/// A robot as a run file chooses it.
+#[derive(Clone)]
+#[expect(missing_debug_implementations, reason = "holds a closure")]
+pub struct RobotPort {
+    /// Whether anything acts; if not, the first confirmed plan is the result of a run.
+    pub acts: bool,
+    /// Opens it in this process; without it, a robot that acts is played by another process.
+    pub open: Option<OpenRobot>,
+}
+
+impl Role for RobotPort {
+    type Inputs<'a> = HardwareInputs<'a>;
+    const NAME: &'static str = "robot";
+    const KEY: &'static str = "robot.kind";
+    const OPTIONS: &'static str = "robot.options";
 }

@@ -69,7 +69,7 @@ pub struct Waypoint {
     pub speed_m_s: f64,
     /// What the gripper must feel when it is done.
     pub expect: Expect,
-    /// Whether the motion may be broken off, by going straight up, until this point is reached.
+    /// Whether the motion may be cancelled, by going straight up, until this point is reached.
     pub retractable: bool,
 }
 
@@ -117,7 +117,7 @@ pub enum StatusKind {
     Done,
     /// It could not be carried out.
     Failed(String),
-    /// It was broken off as told.
+    /// It was cancelled as told.
     Cancelled,
 }
 

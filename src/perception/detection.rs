@@ -35,7 +35,7 @@ pub struct Detection {
     /// The name that the detector dictates, such as that of a labelled box; `None`: the rules of
     /// its type give it one.
     pub name: Option<Name>,
-    /// Its PDDL type.
+    /// One of the domain's types.
     pub type_name: Name,
     /// What tells it from others of its type: a colour, or another detector's class text.
     pub label: Name,

@@ -1,114 +1,16 @@
 //! From the pixels of a detection and a depth image to a volume in the world.
 
-use nalgebra::{Point2, Point3, Vector3};
-use thiserror::Error;
+use nalgebra::{Point2, Point3};
 
+use super::box_estimate::Heading;
 use super::model::DepthRule;
 use super::silhouette::mask_of_box;
-use super::views::check_sides;
-use super::{Detection, ImageError};
+use super::{BoxEstimate, DepthView, Detection, TruncatedSides};
 use crate::geometry::{Aabb, CameraModel, MaskRun};
-
-/// A depth image: metres along the optical axis, row by row from the top; 0 where unknown.
-#[derive(Debug, Clone, Copy)]
-pub struct DepthView<'a> {
-    width: usize,
-    depth_m: &'a [f32],
-}
-
-/// A depth image is not what it says it is.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum DepthError {
-    /// Its sides are not an image's.
-    #[error(transparent)]
-    Side(#[from] ImageError),
-    /// The buffer does not have one value for each pixel.
-    #[error("depth_m: expected {expected} values, got {got}")]
-    Length {
-        /// Width times height.
-        expected: usize,
-        /// The buffer's length.
-        got: usize,
-    },
-}
 
 /// A volume rests on at least this many pixels with depth.
 const PIXELS_MIN: usize = 12;
 
-impl<'a> DepthView<'a> {
-    /// Looks at a buffer as a depth image.
-    ///
-    /// # Errors
-    /// [`DepthError`] naming the field when a side is zero or absurd, or the buffer's length is
-    /// not width times height.
-    pub fn new(width: usize, height: usize, depth_m: &'a [f32]) -> Result<Self, DepthError> {
-        check_sides(width, height)?;
-        let expected = width * height;
-        if depth_m.len() != expected {
-            return Err(DepthError::Length { expected, got: depth_m.len() });
-        }
-        Ok(Self { width, depth_m })
-    }
-
-    /// The depth of one pixel in metres, `None` where it is unknown or outside the image.
-    pub(super) fn at(&self, x: u32, y: u32) -> Option<f64> {
-        let index = (x as usize) < self.width;
-        let depth = index.then(|| self.depth_m.get(y as usize * self.width + x as usize));
-        depth.flatten().map(|d| f64::from(*d)).filter(|d| d.is_finite() && *d > 0.0)
-    }
-}
-
-/// What depth says of a detected object.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BoxEstimate {
-    /// The volume of what is visible of it.
-    pub volume: Aabb,
-    /// Sides on which something nearer, or the image's edge, hides how far it reaches.
-    pub cut: TruncatedSides,
-    /// Which way the camera looks.
-    heading: Heading,
-}
-
-/// The horizontal direction in which a camera looks; volumes are measured along and across it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Heading([f64; 2]);
-
-impl Heading {
-    /// Of a camera that is not turned about its own axis and looks level or down, even straight
-    /// down: then "along" is up in the image.
-    fn of(camera: &CameraModel) -> Self {
-        let ahead = camera.world_from_camera * Vector3::new(0.0, -1.0, 1.0);
-        let length = ahead.xy().norm();
-        // Only a camera that looks up has none: it measures as one that looks along y.
-        if length > 0.0 { Self([ahead.x / length, ahead.y / length]) } else { Self([0.0, 1.0]) }
-    }
-
-    /// From the world to a frame with x to the right of the camera, y ahead, and the same z.
-    fn view_from_world(self, p: Point3<f64>) -> Point3<f64> {
-        let Self([x, y]) = self;
-        Point3::new(y * p.x - x * p.y, x * p.x + y * p.y, p.z)
-    }
-
-    /// And back.
-    fn world_from_view(self, p: Point3<f64>) -> Point3<f64> {
-        let Self([x, y]) = self;
-        Point3::new(y * p.x + x * p.y, y * p.y - x * p.x, p.z)
-    }
-}
-
-/// Sides of a visible volume that are not the object's own, as the camera sees them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct TruncatedSides {
-    /// The left one.
-    pub left: bool,
-    /// The right one.
-    pub right: bool,
-    /// The lower one.
-    pub bottom: bool,
-}
-
-/// Something is in front when it is nearer by more than this, in metres.
-const NEARER_M: f64 = 0.015;
 /// How far beyond an edge of the mask its surroundings are looked at, in pixels.
 const BEYOND_PX: i64 = 3;
 /// An edge is told by this share of its rows or columns, or it counts as cut.
@@ -183,36 +85,6 @@ pub fn volume_of(
     Some(BoxEstimate { volume, cut, heading })
 }
 
-impl BoxEstimate {
-    /// The whole object, given how large it is known to be: a side that is cut is put where the
-    /// opposite side says. `None` when left and right are cut, and nothing says where it is.
-    pub fn completed(&self, known: &Aabb) -> Option<Aabb> {
-        let Self { volume, cut, heading } = self;
-        let volume = Aabb { centre: heading.view_from_world(volume.centre), ..*volume };
-        let ([x_low, x_high], [_, z_high]) = (volume.span(0), volume.span(2));
-        let [width, depth, height] = known.extent;
-        let (x_low, x_high) = match (cut.left, cut.right) {
-            (true, true) => return None,
-            (true, false) => (x_high - width, x_high),
-            (false, true) => (x_low, x_low + width),
-            (false, false) => (x_low, x_high),
-        };
-        let is_cut = cut.left || cut.right;
-        let extent_y = if is_cut { depth } else { volume.extent[1] };
-        let extent_z = if cut.bottom { height } else { volume.extent[2] };
-        let front = volume.span(1)[0];
-        let centre = Point3::new(
-            f64::midpoint(x_low, x_high),
-            front + extent_y / 2.0,
-            z_high - extent_z / 2.0,
-        );
-        Some(Aabb {
-            centre: heading.world_from_view(centre),
-            extent: [x_high - x_low, extent_y, extent_z],
-        })
-    }
-}
-
 /// Where an edge is, told by the ends of rows or columns.
 struct Edge {
     ends: Vec<f64>,
@@ -227,21 +99,6 @@ impl Edge {
         let is_cut = (n_whole as f64) < WHOLE_SHARE_MIN * ends.len() as f64;
         let used = ends.iter().filter(|(_, hidden)| is_cut || !hidden);
         Self { ends: used.map(|(end, _)| *end).collect(), is_cut }
-    }
-}
-
-impl DepthView<'_> {
-    /// Whether what lies `beyond` (columns, rows) a pixel is nearer than it, or outside the image.
-    fn is_covered(&self, (x, y): (u32, u32), beyond: (i64, i64)) -> bool {
-        let (x2, y2) = (i64::from(x) + beyond.0, i64::from(y) + beyond.1);
-        let (Ok(x2), Ok(y2)) = (u32::try_from(x2), u32::try_from(y2)) else { return true };
-        if x2 as usize >= self.width || y2 as usize >= self.depth_m.len() / self.width {
-            return true;
-        }
-        match (self.at(x, y), self.at(x2, y2)) {
-            (Some(here), Some(there)) => there < here - NEARER_M,
-            _ => false,
-        }
     }
 }
 
@@ -297,7 +154,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Rotation3, UnitQuaternion};
+    use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 
     use super::*;
     use crate::geometry::{Intrinsics, PixelBox};

@@ -2,6 +2,9 @@
 
 pub mod model;
 mod views;
+mod depth_view;
+mod box_estimate;
+mod observation;
 mod detection;
 mod lifting;
 mod silhouette;
@@ -15,14 +18,17 @@ mod pipeline;
 mod still;
 pub mod tracking;
 
+pub use box_estimate::{BoxEstimate, TruncatedSides};
 pub use completion::{complete, facts_of, merged};
+pub use depth_view::{DepthError, DepthView};
 pub use detection::{Detection, Detections, PhraseBox};
-pub use lifting::{BoxEstimate, DepthError, DepthView, TruncatedSides, volume_of};
+pub use lifting::volume_of;
 pub use naming::{label_of, name_detections, unused_name};
+pub use observation::{FrameView, Observation};
 pub use phrases::{
     MergeRule, Merged, PHRASE_IOU_MIN, Placed, merge, name_of_phrase, phrase_of_name,
 };
-pub use pipeline::{FrameView, Observation, Pipeline, State, lift_detections};
+pub use pipeline::{Pipeline, State, lift_detections};
 pub use proprioception::{GripperContent, proprioception};
 pub use still::{GroundedImage, NamedObjects, StillError, detect_objects, ground_image};
 pub use views::{ImageError, ImageView};

@@ -34,7 +34,7 @@ pub enum MergeRule {
 pub struct Placed {
     /// The object's place in the list of detections.
     pub detection_idx: usize,
-    /// Its name.
+    /// What the goal calls it: the phrase, words joined by underscores.
     pub name: Name,
 }
 

@@ -13,43 +13,13 @@
 
 use super::completion::{facts_of, merged};
 use super::grounders::{Grounder, GrounderError, Grounding};
-use super::model::{ObjectBox, Perception};
+use super::model::Perception;
 use super::{
-    DepthView, Detection, Detections, GripperContent, ImageView, MergeRule, Merged, complete,
+    Detection, Detections, FrameView, GripperContent, MergeRule, Merged, Observation, complete,
     merge, proprioception, volume_of,
 };
-use crate::geometry::CameraModel;
 use crate::logic::Facts;
 use crate::pddl::{Axiom, Domain, Name, Typed};
-
-/// What one camera shows at one time. Everything is optional: boxes may come from elsewhere, and
-/// few cameras measure depth.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct FrameView<'a> {
-    /// The colours.
-    pub image: Option<ImageView<'a>>,
-    /// The depth, as large as the image.
-    pub depth: Option<DepthView<'a>>,
-    /// Intrinsics and pose of the camera.
-    pub camera: Option<&'a CameraModel>,
-}
-
-/// What a grounder judges: named objects in the frame that shows them.
-#[derive(Debug, Clone, Copy)]
-pub struct Observation<'a> {
-    /// The frame.
-    pub frame: FrameView<'a>,
-    /// The objects, each name once. One that is out of sight for the moment stands where it was
-    /// last seen.
-    pub objects: &'a [ObjectBox],
-}
-
-impl<'a> Observation<'a> {
-    /// Objects of which nothing but their boxes is at hand.
-    pub fn of_boxes(objects: &'a [ObjectBox]) -> Self {
-        Self { frame: FrameView::default(), objects }
-    }
-}
 
 /// Gives detections their boxes in the world, where the frame has depth and the camera's pose.
 pub fn lift_detections(

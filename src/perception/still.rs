@@ -5,7 +5,8 @@ use thiserror::Error;
 use super::detectors::{Detector, DetectorError};
 use super::grounders::GrounderError;
 use super::model::ObjectBox;
-use super::pipeline::{FrameView, Observation, Pipeline, State};
+use super::observation::{FrameView, Observation};
+use super::pipeline::{Pipeline, State};
 use super::{Detections, GripperContent, ImageView, name_detections, name_of_phrase};
 
 /// The named objects that one image shows.

@@ -25,6 +25,10 @@ pub struct PlanQuery<'a> {
     pub init: &'a BTreeSet<Atom>,
     /// What must hold after the last step.
     pub goal: &'a Condition,
+    /// What fluents add to the costs of actions.
+    pub costs: &'a BTreeMap<Atom, f64>,
+    /// Whether these costs count; if not, plans are as cheap as they are short.
+    pub minimise_cost: bool,
     /// Extra cost of single steps: those that have failed before.
     pub penalties: &'a BTreeMap<Step, u32>,
     /// The same question in packed form, where somebody has grounded it already.
@@ -54,17 +58,24 @@ impl fmt::Debug for Deadlines<'_> {
 }
 
 /// No action has a cost of its own: plans are as cheap as they are short.
-static NO_COSTS: BTreeMap<Atom, f64> = BTreeMap::new();
+pub static NO_COSTS: BTreeMap<Atom, f64> = BTreeMap::new();
 
 impl<'a> PlanQuery<'a> {
+    /// A question that is put once, and waited for as long as the counted limits allow.
+    pub fn once(domain: &'a Domain, request: &PlanRequest<'a>) -> Self {
+        let PlanRequest { objects, init, goal, costs, minimise_cost, penalties } = *request;
+        let (grounded, deadlines) = (None, Deadlines::NONE);
+        Self { domain, objects, init, goal, costs, minimise_cost, penalties, grounded, deadlines }
+    }
+
     /// The question as a planning problem.
     pub fn request(&self) -> PlanRequest<'a> {
         PlanRequest {
             objects: self.objects,
             init: self.init,
             goal: self.goal,
-            costs: &NO_COSTS,
-            minimise_cost: false,
+            costs: self.costs,
+            minimise_cost: self.minimise_cost,
             penalties: self.penalties,
         }
     }

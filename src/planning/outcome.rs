@@ -134,6 +134,8 @@ pub struct Statistics {
     pub lower_bound: u64,
     /// One entry for each search that ran, in order.
     pub phases: Vec<Phase>,
+    /// Processor time of processes that were started for the answer, nanoseconds.
+    pub process_cpu_ns: u64,
 }
 
 /// What one search did.

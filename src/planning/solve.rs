@@ -101,6 +101,7 @@ impl Solver {
             n_actions: task.n_actions(),
             lower_bound: answer.lower_bound,
             phases: answer.phases,
+            process_cpu_ns: 0,
         };
         let outcome = match answer.end {
             SearchEnd::Exhausted { proof } => Outcome::Unsolvable { proof },

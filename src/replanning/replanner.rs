@@ -11,7 +11,7 @@ use super::{
 use crate::logic::Facts;
 use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Domain, Name, Step, Typed};
-use crate::planners::{Deadlines, Grounded, PlanQuery, Planner, PlannerConfig};
+use crate::planners::{Deadlines, Grounded, NO_COSTS, PlanQuery, Planner, PlannerConfig};
 use crate::planning::{GroundingLimits, Outcome, PlanAnswer};
 use crate::scene::Scene;
 
@@ -320,6 +320,8 @@ impl Search<'_> {
             objects: &query.scene.typed_objects(),
             init: &query.scene.confirmed().known,
             goal: &query.goal.goal,
+            costs: &NO_COSTS,
+            minimise_cost: false,
             penalties: &penalties,
             grounded: cascade
                 .grounded()

@@ -56,7 +56,8 @@ pub async fn run_episode(
     let mut observer = Observer::open(&bus, Arc::clone(&context))?;
     let monitor = Monitor::new(&prepared.config.panic);
     let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
-    let mut actors = prepared.core_actors(&bus, &shared)?;
+    let hardware = prepared.hardware()?;
+    let mut actors = prepared.core_actors(&bus, &shared, &hardware.robot)?;
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
             bus: bus.clone(),
@@ -68,8 +69,7 @@ pub async fn run_episode(
         let args = Arc::new(args);
         ActorSpec::new("snapshot", move || snapshot::serve(Arc::clone(&args)))
     }));
-    let hardware = prepared.hardware(&bus, &shared)?;
-    actors.extend(hardware.actors);
+    actors.extend(hardware.actors(&bus, &monitor));
     let health = HealthReport::open(&bus, context, monitor.clone())?;
     let mut supervision = supervise(actors, prepared.config.supervisor.clone(), health).await?;
     let ended = tokio::select! {
@@ -85,8 +85,10 @@ pub async fn run_episode(
     let (wall_ns, cpu_ns) = (monotonic_ns() - started_ns, process_cpu_ns() - cpu_ns);
     let mut report = report(prepared.config.seed, &result, &health, [wall_ns, cpu_ns].map(seconds));
     report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
-    report.goal_in_simulator = match (hardware.truth, goal, &result.scene) {
-        (Some(truth), Some(goal), Some(scene)) => Some(holds(folder, &goal, scene, &truth())),
+    report.goal_in_simulator = match (hardware.camera.truth, goal, &result.scene) {
+        (Some(truth), Some(goal), Some(scene)) => {
+            Some(holds(folder, &goal, scene, &Facts::new(truth())))
+        }
         _ => None,
     };
     Ok(Episode { report, end: result, n_panics: monitor.n_panics() })

@@ -9,6 +9,7 @@ mod domain_folder;
 mod exemplars;
 mod still_image;
 mod planner;
+mod hardware;
 mod wiring;
 mod observer;
 mod episode;
@@ -20,11 +21,12 @@ pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
 pub use exemplars::{ExemplarFiles, read_image};
 pub(crate) use exemplars::{environment, in_data, view_of};
+pub use hardware::HardwarePorts;
 pub use load::{Layered, load_run, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
 pub use run_file::{
-    CameraConfig, CameraKind, DetectorMode, ExemplarConfig, GoalConfig, PerceptionConfig,
-    RobotConfig, RobotKind, RunConfig,
+    CameraConfig, DetectorMode, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig,
+    RunConfig,
 };
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};

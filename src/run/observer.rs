@@ -21,7 +21,7 @@ use crate::transport::wire::{
 use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
 
 /// Messages of each topic that wait at most while the observer is busy.
-const DEPTH: Depth = Depth::all(256);
+const DEPTH: Depth = Depth::all(64);
 /// Scenes, plans and commands that are kept until the decision that rests on them has come.
 const KEPT_MAX: usize = 256;
 

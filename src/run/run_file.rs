@@ -10,7 +10,7 @@ use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
 use crate::files::FileRef;
-use crate::hardware::FaultConfig;
+use crate::hardware::{EXTERNAL, FaultConfig};
 use crate::mismatch::Mismatch;
 use crate::parts::PartChoice;
 use crate::pddl::Name;
@@ -93,22 +93,15 @@ pub struct GoalConfig {
 #[serde(deny_unknown_fields)]
 pub struct CameraConfig {
     /// Who captures the frames.
-    pub kind: CameraKind,
+    pub kind: String,
+    /// The options of the camera.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
+    pub options: Option<toml::Table>,
     /// Frames per second.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_hz: f64,
     /// How long a frame may be missing before the run ends with exit code 5, seconds of wall time.
     pub wait_s: f64,
-}
-
-/// Where frames come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum CameraKind {
-    /// Another process publishes them.
-    External,
-    /// The simulator renders them.
-    Sim,
 }
 
 /// `[perception]`.
@@ -173,22 +166,18 @@ impl ExemplarConfig {
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
     /// What acts.
-    pub kind: RobotKind,
+    pub kind: String,
+    /// The options of the robot.
+    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
+    pub options: Option<toml::Table>,
+    /// How long a robot's state may be missing before the run ends with exit code 5, seconds of
+    /// wall time.
+    pub wait_s: f64,
     /// How the robot moves. Lengths in metres, in the world frame.
     pub motion: Option<MotionConfig>,
     /// A box around the tool that contains every part of the robot that the camera may see: what it
     /// hides keeps its last facts. Lengths in metres from the tool centre, along the world's axes.
     pub self_filter: Option<SelfFilterConfig>,
-}
-
-/// What acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum RobotKind {
-    /// Nothing: the first confirmed plan is the result.
-    None,
-    /// The simulated gripper.
-    Sim,
 }
 
 impl RunConfig {
@@ -198,16 +187,24 @@ impl RunConfig {
         if !self.camera.rate_hz.is_finite() {
             found.push(Mismatch::new("camera.rate_hz", "a finite number", self.camera.rate_hz));
         }
-        let sim = [self.camera.kind == CameraKind::Sim, self.robot.kind == RobotKind::Sim];
-        if sim[0] && self.sim.is_none() {
-            found.push(Mismatch::new("sim", "a table, for a camera of kind \"sim\"", "none"));
+        if !(self.robot.wait_s.is_finite() && self.robot.wait_s > 0.0) {
+            found.push(Mismatch::new("robot.wait_s", "a positive number", self.robot.wait_s));
         }
-        if sim == [false, true] {
+        let [camera, robot] = [&self.camera.kind, &self.robot.kind];
+        if [camera, robot].iter().any(|kind| *kind == "sim") && self.sim.is_none() {
+            found.push(Mismatch::new(
+                "sim",
+                "a table, for a camera or robot of kind \"sim\"",
+                "none",
+            ));
+        }
+        if robot == "sim" && camera != "sim" {
             let expected = "\"sim\" beside a robot of kind \"sim\"";
-            found.push(Mismatch::new("camera.kind", expected, "\"external\""));
+            found.push(Mismatch::new("camera.kind", expected, format!("\"{camera}\"")));
         }
-        if self.clock == ClockKind::Lockstep && sim != [true, true] {
-            let expected = "\"realtime\", unless camera and robot are simulated";
+        // Time stands still between frames only where camera and robot are of one world.
+        if self.clock == ClockKind::Lockstep && camera != robot {
+            let expected = "\"realtime\", unless camera and robot are of the same kind";
             found.push(Mismatch::new("clock", expected, "\"lockstep\""));
         }
         let mode = self.perception.detector_mode;
@@ -219,14 +216,10 @@ impl RunConfig {
         found.extend(self.planner.check().err());
         found.extend(self.robot.mismatches());
         found.extend(self.perception.exemplar.mismatch());
-        if self.camera.kind == CameraKind::External {
+        if ![camera, robot].iter().any(|kind| *kind == "sim") {
             let tables = [("sim", self.sim.is_some()), ("fault", !self.fault.is_empty())];
             for (table, _) in tables.into_iter().filter(|(_, is_there)| *is_there) {
-                found.push(Mismatch::new(
-                    table,
-                    "none, since the camera is not simulated",
-                    "a table",
-                ));
+                found.push(Mismatch::new(table, "none, since nothing is simulated", "a table"));
             }
         }
         for (idx, fault) in self.fault.iter().enumerate() {
@@ -303,17 +296,17 @@ impl RunConfig {
             return run.clone();
         }
         let stem = self.origin.stem();
-        match self.camera.kind {
-            CameraKind::External => stem.to_owned(),
-            CameraKind::Sim => format!("{stem}-{}", std::process::id()),
+        if [&self.camera.kind, &self.robot.kind].iter().any(|kind| *kind == EXTERNAL) {
+            return stem.to_owned();
         }
+        format!("{stem}-{}", std::process::id())
     }
 }
 
 impl RobotConfig {
     fn mismatches(&self) -> Vec<Mismatch> {
         let mut found = Vec::new();
-        let acts = self.kind != RobotKind::None;
+        let acts = self.kind != "none";
         if acts && self.motion.is_none() {
             found.push(Mismatch::new("robot.motion", "a table, for a robot that acts", "none"));
         }
@@ -340,7 +333,7 @@ impl RobotConfig {
 impl ExemplarConfig {
     /// Either a folder, or image, boxes and state.
     fn mismatch(&self) -> Option<Mismatch> {
-        let single = [&self.image, &self.boxes, &self.state].map(|key| key.is_some());
+        let single = [&self.image, &self.boxes, &self.state].map(Option::is_some);
         let is_right = match &self.folder {
             Some(_) => single == [false; 3] && self.number.is_none(),
             None => single == [true; 3],

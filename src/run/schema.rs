@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::RunConfig;
 use crate::goals::GOALS;
+use crate::hardware::{CAMERAS, ROBOTS};
 use crate::parts::{OptionsSchema, Registry, Role};
 use crate::perception::detectors::DETECTORS;
 use crate::perception::grounders::GROUNDERS;
@@ -32,10 +33,17 @@ impl Choices {
     }
 
     fn all() -> Vec<Self> {
-        [Self::of(&GOALS), Self::of(&DETECTORS), Self::of(&GROUNDERS), Self::of(&PLANNERS)]
-            .into_iter()
-            .flatten()
-            .collect()
+        [
+            Self::of(&GOALS),
+            Self::of(&DETECTORS),
+            Self::of(&GROUNDERS),
+            Self::of(&PLANNERS),
+            Self::of(&CAMERAS),
+            Self::of(&ROBOTS),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 }
 

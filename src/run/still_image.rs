@@ -17,7 +17,7 @@ use crate::perception::{GripperContent, GroundedImage, ground_image};
 /// The parts that read single images of one camera.
 #[derive(Debug, Clone)]
 pub struct StillImageParts {
-    /// The domain.
+    /// Whose objects and facts are looked for.
     pub folder: Arc<DomainFolder>,
     /// The exemplars of the camera, with their images.
     pub examples: Arc<Vec<(RgbImage, Exemplar)>>,

@@ -5,13 +5,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{
-    CameraKind, ConfigError, DetectorMode, DomainFolder, GoalConfig, PlannerSetup, RobotKind,
-    RunConfig, StillImageParts, environment, in_data,
+    ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
+    StillImageParts, environment, in_data,
 };
 use crate::actors::{ActorSpec, Checkpoint, Monitor, goal_parser, scene_parser, skill_executor};
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
+use crate::hardware::RobotPort;
 use crate::logic::Facts;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
@@ -40,17 +41,6 @@ pub(super) struct Shared {
     pub(super) monitor: Monitor,
 }
 
-/// What really holds, where somebody knows: the simulator.
-pub(super) type Truth = Box<dyn Fn() -> Facts + Send + Sync>;
-
-/// What plays the hardware in this process.
-#[derive(Default)]
-pub(super) struct Hardware {
-    pub(super) actors: Vec<ActorSpec>,
-    /// For scoring once the episode has ended.
-    pub(super) truth: Option<Truth>,
-}
-
 impl PreparedRun {
     /// Reads everything that a run file names; `data` is what `$data` stands for.
     ///
@@ -60,22 +50,14 @@ impl PreparedRun {
         let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
         config.check_domain(&folder)?;
         let examples = config.perception.exemplar.read(&folder, data)?;
-        let skills = match (&folder.skills, config.robot.kind) {
-            (Some(skills), _) => skills.clone(),
-            (None, RobotKind::None) => SkillMap::empty(),
-            (None, RobotKind::Sim) => {
-                return Err(ConfigError::File {
-                    path: folder.files.file("skills.toml").to_string(),
-                    reason: "a robot needs this file".to_owned(),
-                });
-            }
-        };
+        let skills = folder.skills.clone().unwrap_or_else(SkillMap::empty);
         let (folder, examples) = (Arc::new(folder), Arc::new(examples));
         let goal = goal_source(&config, &folder, &examples, data)?.into();
         let prepared = Self { config, folder, examples, skills, goal };
         // Whatever may fail fails here, before anything starts.
         prepared.grounder()?;
         prepared.planner().replanner(prepared.reference_states())?;
+        prepared.check_hardware(&prepared.hardware()?)?;
         Ok(prepared)
     }
 
@@ -111,6 +93,7 @@ impl PreparedRun {
         &self,
         bus: &Bus,
         shared: &Shared,
+        robot: &RobotPort,
     ) -> Result<Vec<ActorSpec>, ConfigError> {
         Ok(vec![
             self.scene_parser(bus, shared)?,
@@ -120,7 +103,7 @@ impl PreparedRun {
                 shared.monitor.clone(),
                 self.reference_states(),
             )?,
-            self.skill_executor(bus, shared),
+            self.skill_executor(bus, shared, robot),
         ])
     }
 
@@ -176,11 +159,8 @@ impl PreparedRun {
         ActorSpec::new("goal_parser", move || goal_parser::serve(Arc::clone(&args)))
     }
 
-    fn skill_executor(&self, bus: &Bus, shared: &Shared) -> ActorSpec {
-        let motion = match self.config.robot.kind {
-            RobotKind::None => None,
-            RobotKind::Sim => self.config.robot.motion.clone(),
-        };
+    fn skill_executor(&self, bus: &Bus, shared: &Shared, robot: &RobotPort) -> ActorSpec {
+        let motion = self.config.robot.motion.clone().filter(|_| robot.acts);
         let config = ExecutiveConfig {
             domain: self.folder.domain.clone(),
             skills: self.skills.clone(),
@@ -192,66 +172,43 @@ impl PreparedRun {
             context: Arc::clone(&shared.context),
             config: Arc::new(config),
             clock: self.config.clock,
+            robot_wait: Duration::from_secs_f64(self.config.robot.wait_s),
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
         });
         ActorSpec::new("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
     }
 
-    /// The actors that play the hardware in this process.
-    pub(super) fn hardware(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
-        match self.config.camera.kind {
-            CameraKind::External => Ok(Hardware::default()),
-            #[cfg(feature = "sim")]
-            CameraKind::Sim => self.simulated(bus, shared),
-            #[cfg(not(feature = "sim"))]
-            CameraKind::Sim => {
-                let _: (&Bus, &Shared) = (bus, shared);
-                let how = "this groundloop was built without it; build with `--features sim`";
-                Err(crate::parts::PartError::missing("the simulator", how).into())
-            }
-        }
+    /// Camera and robot of one episode: a simulated world starts anew.
+    pub(super) fn hardware(&self) -> Result<HardwarePorts, ConfigError> {
+        HardwarePorts::build(&self.config, &self.folder)
     }
 
-    #[cfg(feature = "sim")]
-    fn simulated(&self, bus: &Bus, shared: &Shared) -> Result<Hardware, ConfigError> {
-        use crate::actors::{camera, robot};
-        use crate::hardware::sim::{Oracle, SimCamera, SimHardware, SimSetup};
-        let hardware = SimHardware::build(&SimSetup {
-            sim: &self.config.sim()?,
-            folder: &self.folder.files,
-            faults: &self.config.fault,
-            clock: self.config.clock,
-            rate_hz: self.config.camera.rate_hz,
-            seed: self.config.seed,
-        })?;
-        let (width, height) = (hardware.camera.width, hardware.camera.height);
-        let [expected_width, expected_height] = self.image_size();
-        if [width, height] != self.image_size() {
-            return Err(ConfigError::Value {
-                key: "sim.camera".to_owned(),
-                expected: format!(
-                    "the image size of the labelled examples, {expected_width}x{expected_height}"
-                ),
-                got: format!("{width}x{height}"),
+    /// Refuses cameras and robots that cannot serve this run.
+    fn check_hardware(&self, hardware: &HardwarePorts) -> Result<(), ConfigError> {
+        let value = |key: &str, expected: String, got: String| {
+            Err(ConfigError::Value { key: key.to_owned(), expected, got })
+        };
+        let [width, height] = self.image_size();
+        if let Some([got_width, got_height]) = hardware.camera.image_size
+            && [got_width, got_height] != self.image_size()
+        {
+            let expected = format!("the image size of the labelled examples, {width}x{height}");
+            let key =
+                if self.config.camera.kind == "sim" { "sim.camera" } else { "camera.options" };
+            return value(key, expected, format!("{got_width}x{got_height}"));
+        }
+        if hardware.robot.acts && self.config.robot.motion.is_none() {
+            let expected = "a table, for a robot that acts".to_owned();
+            return value("robot.motion", expected, "none".to_owned());
+        }
+        if hardware.robot.acts && self.folder.skills.is_none() {
+            return Err(ConfigError::File {
+                path: self.folder.files.file("skills.toml").to_string(),
+                reason: "a robot needs this file".to_owned(),
             });
         }
-        let (bus_of_camera, monitor) = (bus.clone(), shared.monitor.clone());
-        let world = hardware.clone();
-        let camera = ActorSpec::new("camera", move || {
-            let camera = Box::new(SimCamera::new(world.clone()));
-            camera::serve(bus_of_camera.clone(), camera, monitor.clone())
-        });
-        let oracle = Oracle::new(&self.folder.files, &self.folder.domain, hardware.clone())?;
-        let truth = oracle.map(|oracle| -> Truth { Box::new(move || Facts::new(oracle.facts())) });
-        if self.config.robot.kind == RobotKind::None {
-            return Ok(Hardware { actors: vec![camera], truth });
-        }
-        let (bus_of_robot, monitor) = (bus.clone(), shared.monitor.clone());
-        let robot = ActorSpec::new("robot", move || {
-            robot::serve(bus_of_robot.clone(), hardware.robot(), monitor.clone())
-        });
-        Ok(Hardware { actors: vec![camera, robot], truth })
+        Ok(())
     }
 }
 

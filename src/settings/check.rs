@@ -63,7 +63,7 @@ impl<'a> Check<'a> {
                 self.array(schema, items, &span, key);
             }
             node if is_leaf_of(schema, node) => self.number(schema, value, key),
-            _ => {
+            Node::Table(_) | Node::Array(_) | Node::Leaf(_) => {
                 let message = format!("expected {}, got {}", expected(schema), self.got(value));
                 self.fault(&span, key, message);
             }
@@ -142,15 +142,12 @@ impl<'a> Check<'a> {
     fn missing(&mut self, names: &[&str], span: Option<&Range<usize>>, key: &str) {
         let is_written = |span: &&Range<usize>| !self.sources.is_default(span);
         let (plural, list) = (if names.len() == 1 { "" } else { "s" }, names.join(", "));
-        let problem = match span.filter(is_written) {
-            Some(span) => {
-                Problem::at(self.sources, span, key, format!("missing key{plural}: {list}"))
-            }
-            None => {
-                let list: Vec<String> = names.iter().map(|name| join(key, name)).collect();
-                let message = format!("missing key{plural}: {}", list.join(", "));
-                Problem::of_file(self.file, "", message)
-            }
+        let problem = if let Some(span) = span.filter(is_written) {
+            Problem::at(self.sources, span, key, format!("missing key{plural}: {list}"))
+        } else {
+            let list: Vec<String> = names.iter().map(|name| join(key, name)).collect();
+            let message = format!("missing key{plural}: {}", list.join(", "));
+            Problem::of_file(self.file, "", message)
         };
         self.problems.push(problem);
     }
@@ -291,7 +288,9 @@ fn is_leaf_of(schema: &Json, node: &Node) -> bool {
         toml::Value::Integer(_) => is_type(schema, "integer") || is_type(schema, "number"),
         toml::Value::Float(_) => is_type(schema, "number"),
         toml::Value::Boolean(_) => is_type(schema, "boolean"),
-        _ => types(schema).is_empty(),
+        toml::Value::Datetime(_) | toml::Value::Array(_) | toml::Value::Table(_) => {
+            types(schema).is_empty()
+        }
     }
 }
 

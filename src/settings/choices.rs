@@ -22,7 +22,7 @@ pub(super) struct Choice {
 
 /// Every choice.
 pub(super) const CHOICES: &[Choice] = &[
-    Choice { key: "camera.kind", tables: &["sim", "fault"], role: None },
+    Choice { key: "camera.kind", tables: &["sim", "fault", "camera.options"], role: None },
     Choice { key: "goal.kind", tables: &["goal.options"], role: Some("goal") },
     Choice { key: "perception.detector", tables: &["perception.options"], role: Some("detector") },
     Choice {
@@ -31,7 +31,11 @@ pub(super) const CHOICES: &[Choice] = &[
         role: Some("grounder"),
     },
     Choice { key: "planner.name", tables: &["planner.options"], role: Some("planner") },
-    Choice { key: "robot.kind", tables: &["robot.motion", "robot.self_filter"], role: None },
+    Choice {
+        key: "robot.kind",
+        tables: &["robot.motion", "robot.self_filter", "robot.options"],
+        role: None,
+    },
 ];
 
 /// Tables of kinds that are not chosen at present, by choice, kind and table.

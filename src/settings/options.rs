@@ -101,6 +101,10 @@ fn plain_node(value: &toml::Value) -> Node {
         toml::Value::Array(items) => {
             Node::Array(items.iter().map(|i| Spanned::new(0..0, plain_node(i))).collect())
         }
-        leaf => Node::Leaf(leaf.clone()),
+        leaf @ (toml::Value::String(_)
+        | toml::Value::Integer(_)
+        | toml::Value::Float(_)
+        | toml::Value::Boolean(_)
+        | toml::Value::Datetime(_)) => Node::Leaf(leaf.clone()),
     }
 }

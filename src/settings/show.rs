@@ -73,7 +73,7 @@ impl Show<'_> {
         let widths = lines.iter().map(|(text, _)| text.chars().count());
         let width = widths.filter(|width| *width <= COLUMN_MAX).max().unwrap_or(0);
         for (text, origin) in lines {
-            self.text.push_str(&format!("{text:width$}  # {origin}\n"));
+            self.text.extend([format!("{text:width$}  # {origin}\n")]);
         }
     }
 }

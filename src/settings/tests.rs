@@ -247,7 +247,7 @@ proptest! {
         let text = |(idx, kind): (usize, &String)| {
             format!("limits.cycles_max = {idx}\nrobot.kind = \"{kind}\"\nrobot.motion.speed_m_s = {idx}\n")
         };
-        let texts: Vec<String> = kinds.iter().enumerate().map(text).collect();
+        let texts: Vec<String> = kinds.iter().copied().enumerate().map(text).collect();
         let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
         let cycles = format!("limits.cycles_max={value}");
         let layers = layers(&texts, &[&cycles, "robot.kind=sim", "robot.motion.speed_m_s=0.5"]);
@@ -262,11 +262,11 @@ proptest! {
     fn a_base_may_be_replaced_by_what_it_resolves_to(
         kinds in prop::collection::vec(prop_oneof![Just(Some("sim")), Just(Some("none")), Just(None)], 3),
     ) {
-        let text = |(idx, kind): (usize, &Option<&str>)| {
+        let text = |(idx, kind): (usize, Option<&str>)| {
             let kind = kind.map(|kind| format!("robot.kind = \"{kind}\"\n")).unwrap_or_default();
             format!("{kind}robot.motion.speed_m_s = {idx}.5\nseed = {idx}\n")
         };
-        let texts: Vec<String> = kinds.iter().enumerate().map(text).collect();
+        let texts: Vec<String> = kinds.iter().copied().enumerate().map(text).collect();
         let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
         let all = layers(&texts, &[]);
         let base = layers(&texts[..2], &[]).plain().to_string();

@@ -239,7 +239,11 @@ fn node_of(
             });
             Node::Array(items.collect())
         }
-        leaf => {
+        leaf @ (DeValue::String(_)
+        | DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)) => {
             let leaf = ValueDeserializer::from(Spanned::new(span, leaf));
             match toml::Value::deserialize(leaf) {
                 Ok(value) => Node::Leaf(value),

@@ -12,9 +12,9 @@ use super::{
     Comparison, Instance, Logs, Machine, Rate, StressConfig, StressError, StressReport, Workload,
     machine,
 };
-use crate::clock::monotonic_ns;
+use crate::clock::{monotonic_ns, thread_cpu_ns};
 use crate::pddl::{Step, Typed};
-use crate::planners::FastDownward;
+use crate::planners::{PlanQuery, Planner};
 use crate::planning::{NO_PENALTIES, Outcome, PlanRequest};
 use crate::transport::BusConfig;
 
@@ -34,7 +34,7 @@ pub struct Options<'a> {
     /// Where the bus lies; each session has its own run on it.
     pub bus: BusConfig,
     /// Gets some of the same states.
-    pub compare: Option<&'a FastDownward>,
+    pub compare: Option<(&'a str, &'a dyn Planner)>,
 }
 
 /// One part: a problem with a workload at a rate.
@@ -336,7 +336,7 @@ fn compare(
     config: &StressConfig,
     part: Part<'_>,
     seen: &[Seen],
-    other: &FastDownward,
+    (name, other): (&str, &dyn Planner),
 ) -> Option<Comparison> {
     let Instance { folder, problem, case, size, problem_name, .. } = part.instance;
     let n_wanted = case_of(config, part.instance).compare_samples as usize;
@@ -354,9 +354,10 @@ fn compare(
             penalties: &NO_PENALTIES,
             ..PlanRequest::new(problem)
         };
-        let answer = other.solve(&folder.domain, &request, &|| false);
-        cpu_ns.push(answer.cpu_ns);
-        wall_ns.push(answer.wall_ns);
+        let (before_ns, thread_ns) = (monotonic_ns(), thread_cpu_ns());
+        let answer = other.plan(&PlanQuery::once(&folder.domain, &request));
+        cpu_ns.push(thread_cpu_ns() - thread_ns + answer.statistics.process_cpu_ns);
+        wall_ns.push(monotonic_ns() - before_ns);
         if let Outcome::Solved(plan) = answer.outcome {
             solved += 1;
             if let Some(cost) = seen.cost {
@@ -367,7 +368,7 @@ fn compare(
     let own = TimingQuantiles::of(chosen.iter().map(|seen| seen.timing.cpu_ns()));
     let others = TimingQuantiles::of(cpu_ns);
     Some(Comparison {
-        planner: "fast-downward".to_owned(),
+        planner: name.to_owned(),
         case: case.clone(),
         size: *size,
         problem: problem_name.clone(),

@@ -7,7 +7,7 @@ use super::{Bus, Depth, Received, Subscriber, TransportError};
 use crate::messages::{EventMessage, RunDescriptor};
 
 /// Events that a reader has waiting at most.
-const EVENTS_DEPTH: usize = 256;
+const EVENTS_DEPTH: usize = 64;
 
 /// Waits until the run of this bus describes itself; gives the description, and what is needed to
 /// read the run's other topics.

@@ -38,9 +38,9 @@ const SENT: EventId = EventId::new(4);
 const JOINED: EventId = EventId::new(5);
 /// Largest event id on any topic.
 const EVENT_ID_MAX: usize = 15;
-/// Readers of one topic (actors, recorders, viewers). Memory is reserved for as many, but taken
-/// only as messages really wait.
-const READERS_MAX: usize = 32;
+/// Readers of one topic (actors, recorders, viewers). Payload memory is reserved for as many, but
+/// taken only as messages really wait.
+const READERS_MAX: usize = 16;
 /// Processes on one topic.
 const NODES_MAX: usize = 32;
 /// Messages that a reader of the newest one has waiting: that one, and the one it overtakes.

@@ -16,10 +16,12 @@ pub struct Topic {
     pub initial_len: usize,
 }
 
-/// Most messages waiting for one reader of a topic, camera frames excepted.
-const DEPTH_MAX: usize = 256;
-/// Most frames waiting for one reader: half a second at 30 frames per second.
-const FRAMES_DEPTH_MAX: usize = 16;
+/// Most messages waiting for one reader of a topic, camera frames excepted: two seconds at 30 frames
+/// per second. iceoryx2 keeps 256 bytes per connection for each message that may wait for each reader
+/// there may be, used or not: with 16 readers about 280 kB.
+const DEPTH_MAX: usize = 64;
+/// Most frames waiting for one reader: a quarter of a second at 30 frames per second.
+const FRAMES_DEPTH_MAX: usize = 8;
 /// Messages of a topic without losses that a late joiner gets.
 const HISTORY: usize = 16;
 /// The one writer of a topic, and a second one while the first is being replaced.

@@ -343,7 +343,7 @@ pub struct WaypointRecord {
     pub speed_m_s: f64,
     /// What the gripper must feel when it is done: 0 = anything, 1 = empty, 2 = holding.
     pub expect: u32,
-    /// 1 = until this point is reached, the motion may be broken off by going straight up.
+    /// 1 = until this point is reached, the motion may be cancelled by going straight up.
     pub retractable: u32,
 }
 
@@ -352,7 +352,7 @@ pub struct WaypointRecord {
 #[type_name("groundloop.CommandRecord.v2")]
 #[repr(C)]
 pub struct CommandRecord {
-    /// 0 = continue, 1 = start a motion, 2 = break off and go up, 3 = hold still.
+    /// 0 = continue, 1 = start a motion, 2 = cancel: go straight up, 3 = hold still.
     pub kind: u32,
     /// Number of waypoints.
     pub n_waypoints: u32,
@@ -392,7 +392,7 @@ impl Default for CommandRecord {
 pub struct StatusRecord {
     /// The command.
     pub command_id: u64,
-    /// 0 = accepted, 1 = done, 2 = failed, 3 = broken off as told.
+    /// 0 = accepted, 1 = done, 2 = failed, 3 = cancelled as told.
     pub kind: u32,
     /// Zero.
     pub reserved: u32,

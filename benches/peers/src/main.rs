@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A *replan* is: take in all facts of a new state, and have the whole plan by names. groundloop
-//! climbs its ladder, with the distance table made beforehand (what that took is a column of its
+//! asks its plan-reuse cascade, with the distance table made beforehand (what that took is a column of its
 //! own). ferroplan keeps a grounded `Session`, observes, keeps the rest of its plan where that is
 //! still valid and searches within a budget where not. Fast Downward is translated and started
 //! anew, as it knows no other way.

@@ -1,4 +1,4 @@
-//! groundloop's ladder, as the planner actor climbs it.
+//! groundloop's plan-reuse cascade, as the planner actor asks it.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -48,13 +48,13 @@ pub enum Goals {
 /// What is measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup<'a> {
-    /// The grounder.
+    /// Judges the facts; made anew from each exemplar.
     pub grounder: &'a PartChoice,
     /// Where the boxes come from.
     pub detections: &'a BoxSource,
     /// Where the goals come from.
     pub goals: &'a Goals,
-    /// The planner.
+    /// Plans once for each pair whose goal can be read.
     pub planner: &'a dyn Planner,
     /// Whether goals are repaired.
     pub repair_goals: bool,

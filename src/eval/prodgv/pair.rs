@@ -1,6 +1,6 @@
 //! One (exemplar, test) pair: what it is given and what came of it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 
@@ -13,8 +13,8 @@ use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
 use crate::perception::grounders::Grounder;
 use crate::perception::model::ObjectBox;
 use crate::perception::{Observation, State};
-use crate::planners::{Deadlines, PlanQuery, Planner};
-use crate::planning::Outcome;
+use crate::planners::{NO_COSTS, PlanQuery, Planner};
+use crate::planning::{NO_PENALTIES, Outcome, PlanRequest};
 
 /// What an episode is carried out with.
 #[derive(Clone, Copy)]
@@ -24,7 +24,7 @@ pub struct PairParts<'a> {
     pub fitted: &'a FittedDomain,
     /// The grounder, made from the exemplar.
     pub grounder: &'a dyn Grounder,
-    /// The planner.
+    /// Plans from the facts that were read.
     pub planner: &'a dyn Planner,
     /// Whether goal atoms that contradict the rest of the goal are dropped.
     pub repair_goals: bool,
@@ -116,9 +116,9 @@ impl Stage {
 /// A pair whose plan fails or whose state is not exactly right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Failure {
-    /// The exemplar's number.
+    /// Number of the problem that is the exemplar.
     pub exemplar: u32,
-    /// The test's number.
+    /// Number of the problem that is read.
     pub test: u32,
     /// Where it comes from.
     pub stage: Stage,
@@ -129,14 +129,14 @@ pub struct Failure {
 /// Plans a problem; no step has failed before.
 pub(super) fn solve(domain: &Domain, planner: &dyn Planner, problem: &Problem) -> Outcome {
     let objects: Vec<Typed> = problem.objects.iter().chain(&domain.constants).cloned().collect();
-    let query = PlanQuery {
-        domain,
+    let request = PlanRequest {
         objects: &objects,
         init: &problem.init,
         goal: &problem.goal,
-        penalties: &BTreeMap::new(),
-        grounded: None,
-        deadlines: Deadlines::NONE,
+        costs: &NO_COSTS,
+        minimise_cost: false,
+        penalties: &NO_PENALTIES,
     };
+    let query = PlanQuery::once(domain, &request);
     planner.plan(&query).outcome
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// Its name.
+    /// As the paper's table calls it.
     pub framework: String,
     /// How many examples it is shown.
     pub shot: u32,

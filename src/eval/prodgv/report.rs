@@ -13,13 +13,13 @@ use super::score::FactCounts;
 /// The whole report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EvaluationReport {
-    /// The grounder.
+    /// Its registered name.
     pub grounder: String,
     /// Where the boxes came from.
     pub detections: String,
     /// Where the goals came from.
     pub goals: String,
-    /// The planner.
+    /// Its registered name.
     pub planner: String,
     /// Whether goals were repaired.
     pub repair_goals: bool,
@@ -105,9 +105,9 @@ pub struct JitterReport {
 /// What was measured of one pair.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairReport {
-    /// The exemplar's number.
+    /// Number of the problem that is the exemplar.
     pub exemplar: u32,
-    /// The test's number.
+    /// Number of the problem that is read.
     pub test: u32,
     /// Whether the pair counts.
     pub evaluated: bool,

@@ -1,4 +1,4 @@
-//! What leaves, what is kept, and what is broken off.
+//! What leaves, what is kept, and what is cancelled.
 
 use super::*;
 
@@ -136,7 +136,7 @@ fn moving_disk() -> Episode {
 
 #[test]
 fn a_domain_that_cannot_say_holding_finishes_once_something_is_held() {
-    // The first waypoints of `place`, whose motion alone could be broken off.
+    // The first waypoints of `place`, whose motion alone could be cancelled.
     for (phase, holding, expect) in [
         (2, false, CommandKind::Cancel),
         (2, true, CommandKind::Continue),

@@ -269,7 +269,7 @@ fn a_step_that_takes_too_long_is_broken_off_and_a_dead_robot_ends_the_episode() 
     check(&verdict, "limits.skill_timeout_s", "cancel not confirmed within 15 s");
 }
 
-/// Also where the motion may not be broken off otherwise, in a scene that does not settle; and it
+/// Also where the motion may not be cancelled otherwise, in a scene that does not settle; and it
 /// counts as a failure, or it would be tried for ever.
 #[test]
 fn a_step_that_takes_too_long_is_broken_off_anywhere_and_has_failed() {

@@ -211,7 +211,7 @@ fn started(decision: &Decision) -> Option<String> {
     Some(started.step.to_string())
 }
 
-/// Why a decision waits, does not trust, or breaks off.
+/// Why a decision waits, does not trust, or cancels.
 fn reasons(decision: &Decision) -> Vec<&str> {
     decision
         .events

@@ -1,4 +1,4 @@
-//! Doubts and unknown facts: more frames, then other views, and never an action on a guess.
+//! Anomalies and unknown facts: more frames, then other views, and never an action on a guess.
 
 use super::*;
 use crate::scene::Anomaly;
@@ -35,7 +35,7 @@ fn goal_of(decision: &Decision) -> Option<[f64; 3]> {
 }
 
 #[test]
-fn a_doubt_about_the_next_step_is_looked_into() {
+fn an_anomaly_about_the_next_step_is_looked_into() {
     let mut episode = doubting("red_block");
     let decision = episode.cycle();
     assert_eq!(decision.command.kind, CommandKind::Continue);
@@ -45,12 +45,12 @@ fn a_doubt_about_the_next_step_is_looked_into() {
 }
 
 #[test]
-fn a_doubt_about_other_objects_holds_nothing_up() {
+fn an_anomaly_about_other_objects_holds_nothing_up() {
     assert!(started(&doubting("green_block").cycle()).is_some());
 }
 
 #[test]
-fn a_doubt_that_stays_is_told_and_put_up_with() {
+fn an_anomaly_that_stays_is_told_and_accepted() {
     let mut episode = doubting("red_block");
     for _ in 0..6 {
         assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
@@ -63,7 +63,7 @@ fn a_doubt_that_stays_is_told_and_put_up_with() {
 }
 
 #[test]
-fn the_goal_counts_as_reached_once_doubts_are_looked_into() {
+fn the_goal_counts_as_reached_once_anomalies_are_looked_into() {
     let mut episode = doubting("green_block");
     episode.plan(&[]);
     let (n, verdict) = episode.run_out(9);

@@ -12,7 +12,7 @@ use crate::http::chat::ChatDialect;
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Options {
-    /// Where the server's API begins, such as "http://127.0.0.1:8080/v1".
+    /// Where the server's API begins, such as `http://127.0.0.1:8080/v1`.
     pub(super) url: String,
     /// The model's name there.
     pub(super) model: String,

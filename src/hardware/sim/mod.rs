@@ -1,13 +1,56 @@
 //! The simulated world as a camera, a robot, an oracle and a labeller.
 
+#[cfg(feature = "sim")]
 mod robot;
+#[cfg(feature = "sim")]
 mod faults;
+#[cfg(feature = "sim")]
 mod camera;
+#[cfg(feature = "sim")]
 mod labels;
+#[cfg(feature = "sim")]
+mod ports;
 
+#[cfg(feature = "sim")]
 pub use camera::{SimCamera, model_of};
+#[cfg(feature = "sim")]
 pub use groundloop_sim::FaultAction;
+#[cfg(feature = "sim")]
 pub use labels::{
     LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
 };
+#[cfg(feature = "sim")]
 pub use robot::{SimConfig, SimHardware, SimSetup, read_scene};
+
+use super::{CameraPort, RobotPort};
+use crate::parts::{Part, no_options};
+#[cfg(not(feature = "sim"))]
+use crate::parts::{PartContext, PartError, Role};
+
+/// The entry of the table of cameras.
+pub(super) const CAMERA: Part<CameraPort> = Part {
+    name: "sim",
+    help: "renders the simulated world that [sim] describes",
+    options: no_options,
+    #[cfg(feature = "sim")]
+    build: ports::camera,
+    #[cfg(not(feature = "sim"))]
+    build: missing,
+};
+
+/// The entry of the table of robots.
+pub(super) const ROBOT: Part<RobotPort> = Part {
+    name: "sim",
+    help: "the simulated gripper, in the world that the camera of kind \"sim\" sees",
+    options: no_options,
+    #[cfg(feature = "sim")]
+    build: ports::robot,
+    #[cfg(not(feature = "sim"))]
+    build: missing,
+};
+
+#[cfg(not(feature = "sim"))]
+fn missing<T: Role>(_: &PartContext<'_, T>) -> Result<Box<T>, PartError> {
+    let how = "this groundloop was built without it; build with `--features sim`";
+    Err(PartError::missing("the simulator", how))
+}

@@ -122,9 +122,9 @@ impl From<DetectorError> for PartError {
 /// What detectors are made from.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorInputs<'a> {
-    /// The domain.
+    /// Whose types are looked for.
     pub domain: &'a Domain,
-    /// How it is seen.
+    /// Colours, outlines and prompts of these types.
     pub perception: &'a Perception,
 }
 

@@ -18,7 +18,7 @@ pub struct Grounding {
 /// A judged tuple with what the judgement rests on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// The tuple.
+    /// Predicate and objects.
     pub atom: Atom,
     /// Whether it was judged to hold.
     pub truth: Truth,

@@ -81,9 +81,9 @@ impl GrounderError {
 /// What grounders are made from.
 #[derive(Debug, Clone, Copy)]
 pub struct GrounderInputs<'a> {
-    /// The domain.
+    /// Whose predicates are judged.
     pub domain: &'a Domain,
-    /// How it is seen.
+    /// Which of them are observed, by which features, under which constraints.
     pub perception: &'a Perception,
     /// The labelled examples.
     pub exemplars: &'a Exemplars,

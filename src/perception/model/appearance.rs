@@ -12,7 +12,7 @@ use crate::pddl::Name;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TypeSpec {
-    /// The PDDL type.
+    /// One of the domain's types; each at most once.
     pub name: Name,
     /// What an open-vocabulary detector is asked for.
     pub prompt: Option<String>,

@@ -55,7 +55,7 @@ pub struct ExactlyOneOf {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct PredicateArgument {
-    /// The predicate.
+    /// One of the observed predicates.
     pub predicate: Name,
     /// The argument, counted from 0.
     pub argument: usize,
@@ -68,7 +68,7 @@ pub struct PredicateArgument {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
-    /// The predicate.
+    /// One of the observed predicates.
     pub predicate: Name,
     /// A binary predicate whose second argument is a place for one stack: objects that share it lie
     /// on each other in the order of their heights.
@@ -84,7 +84,7 @@ pub struct Support {
 pub struct FeatureVote {
     /// The predicate; an observed one.
     pub predicate: Name,
-    /// The feature.
+    /// A name from the table of features.
     pub feature: String,
     /// The feature used instead where objects have volumes; without one, there is no second opinion.
     pub feature_with_volumes: Option<String>,

@@ -13,7 +13,7 @@ pub enum PerceptionError {
     /// Not TOML, or not of the documented form.
     #[error("{file}: {message}")]
     Form {
-        /// The file.
+        /// The path as it was given.
         file: String,
         /// What the parser says, with line and column.
         message: String,

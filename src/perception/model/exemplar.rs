@@ -50,7 +50,7 @@ pub enum ExemplarError {
     /// The box file is not a JSON object of four-number lists.
     #[error("{file}: {message}")]
     Form {
-        /// The file.
+        /// Whose form is wrong: boxes, masks or volumes.
         file: String,
         /// What the parser says, with line and column.
         message: String,

@@ -31,7 +31,7 @@ pub struct Feature {
 pub enum Needs {
     /// Its box in the image.
     Boxes,
-    /// Its pixels.
+    /// Which pixels are its own, run by run.
     Masks,
     /// Its volume in the world.
     Volumes,

@@ -10,7 +10,7 @@ use crate::pddl::Name;
 pub struct ObjectBox {
     /// The object's identity.
     pub name: Name,
-    /// Its PDDL type.
+    /// The most special type that is known of it.
     pub type_name: Name,
     /// Its box, in pixels of the image it was seen in.
     pub pixel_box: PixelBox,

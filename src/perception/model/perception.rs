@@ -41,9 +41,9 @@ pub struct Perception {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Implied {
-    /// Its name.
+    /// How plans and facts call it, such as `arm`.
     pub name: Name,
-    /// Its PDDL type.
+    /// One of the domain's types.
     #[serde(rename = "type")]
     pub type_name: Name,
 }
@@ -52,7 +52,7 @@ pub struct Implied {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedSpec {
-    /// The predicate.
+    /// One of the domain's, of one or two arguments.
     pub predicate: Name,
     /// The feature of boxes it is judged by; without one, the default of its arity.
     pub feature: Option<String>,
@@ -68,7 +68,7 @@ pub struct ObservedSpec {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Proprioceptive {
-    /// The predicate.
+    /// One of the domain's, of one or two arguments.
     pub predicate: Name,
     /// Its arguments: `held` stands for the object in the gripper, anything else is an implied
     /// object's name.

@@ -41,7 +41,7 @@ pub struct BeliefConfig {
 /// What does not change during an episode.
 #[expect(missing_debug_implementations, reason = "a grounder is known by its name only")]
 pub struct ParserConfig {
-    /// The domain.
+    /// Types, predicates and constants.
     pub domain: Domain,
     /// Its perception file.
     pub perception: Perception,
@@ -72,7 +72,7 @@ impl ParserConfig {
 /// What comes with a frame besides its detections.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameContext<'a> {
-    /// The frame.
+    /// Which frame it is, and when it was captured.
     pub cause: FrameRef,
     /// What the camera shows in it.
     pub view: FrameView<'a>,

@@ -23,7 +23,9 @@ use super::{PlanQuery, Planner};
 use crate::clock::monotonic_ns;
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Domain, Step};
-use crate::planning::{Outcome, Plan, PlanAnswer, PlanRequest, Statistics, Validation, validate};
+use crate::planning::{
+    Outcome, Phase, Plan, PlanAnswer, PlanRequest, Statistics, Validation, validate,
+};
 
 /// Prints where the wheel lies, without importing it.
 const FIND: &str = "import importlib.util as u, sys\n\
@@ -167,7 +169,11 @@ impl FastDownward {
 impl Planner for FastDownward {
     fn plan(&self, query: &PlanQuery<'_>) -> PlanAnswer {
         let answer = self.solve(query.domain, &query.request(), query.deadlines.hard);
-        PlanAnswer { outcome: answer.outcome, statistics: Statistics::default() }
+        let BackendAnswer { outcome, expanded, cpu_ns, .. } = answer;
+        let phase = Phase { name: PART.name, expanded, generated: 0, evaluated: 0 };
+        let phases = vec![phase];
+        let statistics = Statistics { phases, process_cpu_ns: cpu_ns, ..Statistics::default() };
+        PlanAnswer { outcome, statistics }
     }
 }
 

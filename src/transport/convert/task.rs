@@ -42,7 +42,7 @@ pub fn scene_to_wire(
         records.push(fact_to_wire(fact, scene, context)?);
     }
     for anomaly in &scene.anomalies {
-        records.push(doubt_to_wire(anomaly, scene)?);
+        records.push(anomaly_to_wire(anomaly, scene)?);
     }
     Ok((header, records))
 }
@@ -105,7 +105,7 @@ fn fact_to_wire(
     })
 }
 
-fn doubt_to_wire(anomaly: &Anomaly, scene: &Scene) -> Result<SceneRecord, WireError> {
+fn anomaly_to_wire(anomaly: &Anomaly, scene: &Scene) -> Result<SceneRecord, WireError> {
     let (n_args, args) = args_to_wire(&anomaly.objects, scene)?;
     let name = NameText { bytes: text_to_wire(&anomaly.reason) };
     Ok(SceneRecord { tag: 2, n_args, args, name, ..SceneRecord::default() })
@@ -144,7 +144,7 @@ pub fn scene_from_wire(
         match record.tag {
             0 => objects.push(object_from_wire(record, context)?),
             1 => facts.push(fact_from_wire(record, &objects, context)?),
-            2 => anomalies.push(doubt_from_wire(record, &objects)?),
+            2 => anomalies.push(anomaly_from_wire(record, &objects)?),
             other => return Err(WireError::new("tag", "0 to 2", other)),
         }
     }
@@ -213,7 +213,7 @@ fn fact_from_wire(
     })
 }
 
-fn doubt_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Anomaly, WireError> {
+fn anomaly_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Anomaly, WireError> {
     if record.n_args == 0 || record.n_args as usize > ARGS_MAX {
         return Err(WireError::new("n_args", format!("1 to {ARGS_MAX}"), record.n_args));
     }

@@ -42,7 +42,7 @@ struct Options {
     /// How the service speaks.
     dialect: Dialect,
     /// Where the service is. Without the key where the dialect's service usually is; every model of
-    /// "hugging_face" has an address of its own.
+    /// `hugging_face` has an address of its own.
     url: Option<String>,
     /// The environment variable that holds the key, for services that want one.
     key_env: Option<String>,
@@ -56,7 +56,7 @@ struct Options {
     duplicate_iou: f64,
     /// How frames are sent.
     image: Encoding,
-    /// How a task is waited for, with the dialect "dino_x".
+    /// How a task is waited for, with the dialect `dino_x`.
     poll: Poll,
     /// Bounds of each request, all attempts together.
     retry: Patience,

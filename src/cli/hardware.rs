@@ -1,0 +1,61 @@
+//! `groundloop hardware`: plays the camera and the robot of a run file for a run in another process.
+
+use std::path::PathBuf;
+
+use super::camera::terminated;
+use super::{Failure, out};
+use crate::actors::Monitor;
+use crate::run::{ConfigError, DomainFolder, HardwarePorts, load_run};
+use crate::transport::{Bus, BusConfig};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The run file: its `[camera]`, `[robot]` and `[sim]`.
+    config: PathBuf,
+    /// Overrides a key of the run file; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Name of the run that they serve.
+    #[arg(long, value_name = "NAME")]
+    run: String,
+}
+
+/// Carries the verb out.
+pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let config = load_run(&args.config, &args.sets)?;
+    let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+    let ports = HardwarePorts::build(&config, &folder)?;
+    if ports.camera.open.is_none() && ports.robot.open.is_none() {
+        return Err(Failure::from(ConfigError::Value {
+            key: "camera.kind".to_owned(),
+            expected: "a camera or a robot that this process can play".to_owned(),
+            got: config.camera.kind.clone(),
+        }));
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(Failure::internal)?;
+    runtime.block_on(async {
+        let bus = Bus::open(&BusConfig::for_run(args.run.clone()))?;
+        let mut playing = tokio::task::JoinSet::new();
+        let names: Vec<&str> = ports
+            .actors(&bus, &Monitor::default())
+            .iter()
+            .map(|spec| {
+                playing.spawn((spec.serve)());
+                spec.name
+            })
+            .collect();
+        out::note(&format!("playing {} of run {:?}", names.join(" and "), args.run));
+        tokio::select! {
+            ended = playing.join_next() => if let Some(ended) = ended {
+                ended.map_err(Failure::internal)?.map_err(Failure::internal)?;
+            },
+            stopped = tokio::signal::ctrl_c() => stopped.map_err(Failure::internal)?,
+            () = terminated() => {}
+        }
+        Ok(0)
+    })
+}
