@@ -247,7 +247,7 @@ proptest! {
         let text = |(idx, kind): (usize, &String)| {
             format!("limits.cycles_max = {idx}\nrobot.kind = \"{kind}\"\nrobot.motion.speed_m_s = {idx}\n")
         };
-        let texts: Vec<String> = kinds.iter().copied().enumerate().map(text).collect();
+        let texts: Vec<String> = kinds.iter().enumerate().map(text).collect();
         let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
         let cycles = format!("limits.cycles_max={value}");
         let layers = layers(&texts, &[&cycles, "robot.kind=sim", "robot.motion.speed_m_s=0.5"]);
