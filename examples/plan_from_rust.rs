@@ -6,8 +6,6 @@
 
 #![expect(clippy::print_stdout, reason = "an example shows what it does")]
 
-use groundloop::planning::Outcome;
-
 const DOMAIN: &str = "
 (define (domain ferry)
   (:requirements :strips :typing :negative-preconditions)
@@ -34,14 +32,13 @@ const PROBLEM: &str = "
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let answer = groundloop::plan_text(DOMAIN, PROBLEM).map_err(|error| error.render())?;
-    match answer.outcome {
-        Outcome::Solved(plan) => {
-            println!("{} steps, proven cheapest: {}", plan.steps.len(), plan.proven_optimal);
-            for step in &plan.steps {
-                println!("  {step}");
-            }
-        }
-        other => println!("no plan: {other}"),
+    let Some(plan) = answer.outcome.plan() else {
+        println!("no plan: {}", answer.outcome);
+        return Ok(());
+    };
+    println!("{} steps, proven cheapest: {}", plan.steps.len(), plan.proven_optimal);
+    for step in &plan.steps {
+        println!("  {step}");
     }
     Ok(())
 }
