@@ -7,7 +7,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-use super::narrate::Style;
+use super::narrate::{Narrator, Style};
+use super::out::Stream;
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
@@ -48,6 +49,9 @@ pub(super) struct Args {
     /// First cycle that the picture may show.
     #[arg(long, value_name = "CYCLE", default_value_t = 0)]
     snapshot_from: u64,
+    /// Shows every fact of a state and every step of a plan, over several lines.
+    #[arg(short, long)]
+    verbose: bool,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -159,29 +163,24 @@ async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
 
 /// Tells people what happens.
 struct Teller {
-    style: Style,
+    narrator: Narrator,
+    stream: Stream,
     is_quiet: bool,
-    is_json: bool,
-    started_ns: Option<u64>,
 }
 
 impl Teller {
     fn new(args: &Args, prepared: &PreparedRun) -> Self {
         let orders = prepared.folder.perception.constraints.strict_order.clone();
-        let style = Style { colour: out::is_terminal() && !args.json, orders };
-        let (is_quiet, is_json) = (args.episodes > 1, args.json);
-        Self { style, is_quiet, is_json, started_ns: None }
+        let stream = Stream::beside(args.json);
+        let style = Style { colour: stream.has_colours(), verbose: args.verbose, orders };
+        Self { narrator: Narrator::new(style), stream, is_quiet: args.episodes > 1 }
     }
 
     fn tell(&mut self, message: &EventMessage) {
         let EventMessage { cause, event, .. } = message;
-        let started_ns = *self.started_ns.get_or_insert(cause.capture_ns);
-        let since_ns = cause.capture_ns.saturating_sub(started_ns);
-        let text = self.style.line(since_ns, cause.cycle, event);
-        match (self.is_quiet, self.is_json) {
-            (true, _) => {}
-            (false, true) => out::note(&text),
-            (false, false) => out::line(&text),
+        if !self.is_quiet {
+            let columns = self.stream.columns();
+            self.stream.line(&self.narrator.tell(cause.capture_ns, cause.cycle, event, columns));
         }
     }
 }
@@ -222,7 +221,7 @@ fn progress(args: &Args, report: &EpisodeReport) {
     let text = format!(
         "seed {seed}: {verdict} after {sim_seconds:.1} s, {skills_done} skills, {replans} replans"
     );
-    if args.json { out::note(&text) } else { out::line(&text) }
+    Stream::beside(args.json).line(&text);
 }
 
 fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
@@ -248,7 +247,8 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
 fn summary(report: &EpisodeReport) -> String {
     format!(
         "{}: {}\nseed {}, {} cycles, {} frames, {} replans, {} skills done, {} failed\n\
-         {:.1} s run time in {:.1} s ({:.1}x), {:.1} ms CPU per frame, decisions {}",
+         {:.1} s run time in {:.1} s wall clock ({:.1}x), {:.1} ms CPU per frame\n\
+         decision hash {}",
         report.verdict,
         report.reason,
         report.seed,
