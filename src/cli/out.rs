@@ -2,6 +2,7 @@
 
 use std::io::{self, Write as _};
 
+use comfy_table::Table;
 use console::Term;
 use serde::Serialize;
 use tracing::level_filters::LevelFilter;
@@ -9,7 +10,7 @@ use tracing_subscriber::Layer as _;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt as _;
 
-use super::Failure;
+use super::{Failure, table};
 
 /// Writes one line to standard output. A closed pipe ends the output, not the program.
 pub(super) fn line(text: &str) {
@@ -62,13 +63,22 @@ impl Stream {
         }
     }
 
+    /// Writes a table: as wide as the terminal, or as it is where there is no terminal.
+    pub(super) fn table(self, table: Table) {
+        self.line(&table::text(table, self.terminal_columns()));
+    }
+
     /// The terminal's columns now; a fixed number where there is no terminal.
     pub(super) fn columns(self) -> usize {
-        let term = match self {
+        self.terminal_columns().unwrap_or(COLUMNS_PIPED)
+    }
+
+    fn terminal_columns(self) -> Option<usize> {
+        let terminal = match self {
             Self::Output => Term::stdout(),
             Self::Error => Term::stderr(),
         };
-        term.size_checked().map_or(COLUMNS_PIPED, |(_, columns)| columns.into())
+        terminal.size_checked().map(|(_, columns)| columns.into())
     }
 
     /// Whether to use colours: on a terminal, unless `NO_COLOR` or `CLICOLOR=0` says otherwise.

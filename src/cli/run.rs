@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{Cell, Table};
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
 use super::narrate::{Narrator, Style};
 use super::out::Stream;
+use super::reports::RunReport;
+use super::table::{self, right};
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
@@ -226,17 +228,17 @@ fn progress(args: &Args, report: &EpisodeReport) {
 
 fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
     match reports {
-        [report] if args.json => out::json(report),
-        reports if args.json => out::json(&serde_json::json!({ "episodes": reports })),
+        [report] if args.json => out::json(&RunReport::One(report)),
+        episodes if args.json => out::json(&RunReport::Several { episodes }),
         [report] => {
             out::line("");
-            out::line(&latency_table(report).to_string());
+            Stream::Output.table(latency_table(report));
             out::line(&summary(report));
             Ok(())
         }
         reports => {
             out::line("");
-            out::line(&episode_table(reports).to_string());
+            Stream::Output.table(episode_table(reports));
             let reached = reports.iter().filter(|r| r.verdict == "reached").count();
             out::line(&format!("reached {reached}/{}", reports.len()));
             Ok(())
@@ -266,8 +268,7 @@ fn summary(report: &EpisodeReport) -> String {
 }
 
 fn latency_table(report: &EpisodeReport) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header(["latency (µs)", "count", "p50", "p99", "max"]);
     let latency = &report.latency_us;
     let mut row = |name: String, q: &Quantiles| {
@@ -284,8 +285,7 @@ fn latency_table(report: &EpisodeReport) -> Table {
 }
 
 fn episode_table(reports: &[EpisodeReport]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([
         "seed",
         "verdict",
@@ -319,10 +319,6 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
         ]);
     }
     table
-}
-
-fn right(value: impl ToString) -> Cell {
-    Cell::new(value).set_alignment(CellAlignment::Right)
 }
 
 impl From<crate::transport::TransportError> for Failure {

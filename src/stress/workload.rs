@@ -2,6 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::world::{World, below};
@@ -10,7 +11,9 @@ use crate::pddl::{Atom, Domain, Name, Problem, Step, Typed};
 use crate::scene::{FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// How the world changes from one scene to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Workload {
     /// The first step of the plan is done.
