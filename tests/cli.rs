@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use common::{SMALL_CAMERA, copy_folder, one_object, project, unique_run};
+use common::{SMALL_CAMERA, copy_folder, one_object, project, schema, unique_run};
 use serde_json::{Value, json};
 
 /// What a call of the program came to.
@@ -295,9 +295,10 @@ fn a_plan_is_found_and_accepted() {
     let ran = call(&["plan", "--domain", "domains/blocksworld", "--problem", SUSSMAN, "--json"]);
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
     let answer = one_object(&ran.stdout);
+    schema::obeys("plan", &answer);
     assert_eq!(keys(&answer)[..5], ["verdict", "reason", "cost", "optimal", "lower_bound"]);
     assert_eq!(keys(&answer)[5..], ["proof", "plan", "expanded", "time_us"]);
-    assert_eq!(answer["verdict"], "solved");
+    assert_eq!((&answer["verdict"], &answer["reason"]), (&json!("solved"), &json!(null)));
     assert_eq!(answer["cost"], 6.0);
     assert_eq!(keys(&answer["time_us"]), ["parse", "plan", "total"]);
     let steps = strings(&answer["plan"]);
@@ -323,6 +324,7 @@ fn a_plan_is_found_and_accepted() {
         "valid": true, "cost": 6.0, "steps": 6, "step_idx": null, "reason": null
     });
     assert_eq!(good, expected);
+    schema::obeys("validate", &good);
 
     let swapped = [steps[1], steps[0], steps[2], steps[3], steps[4], steps[5]].join("\n");
     let bad = check(&swapped, &[]);
@@ -331,6 +333,7 @@ fn a_plan_is_found_and_accepted() {
     let short = check(&steps[..5].join("\n"), &["--json"]);
     assert_eq!(short.code, Some(6));
     let short = one_object(&short.stdout);
+    schema::obeys("validate", &short);
     assert_eq!((&short["valid"], &short["step_idx"]), (&json!(false), &json!(null)));
 
     let garbled = check("(stack red_block", &[]);
@@ -356,15 +359,19 @@ fn what_cannot_be_is_proven_unsolvable() {
     let ran = call(&[&args[..], &["--json"]].concat());
     assert_eq!(ran.code, Some(3));
     let answer = one_object(&ran.stdout);
+    schema::obeys("plan", &answer);
     assert_eq!((&answer["verdict"], &answer["cost"]), (&json!("unsolvable"), &json!(null)));
-    assert_eq!(answer["plan"], json!([]));
+    assert_eq!((&answer["plan"], &answer["proof"]), (&json!(null), &json!("exhausted")));
+    let reason = answer["reason"].as_str().unwrap();
+    assert!(reason.starts_with("the search is exhausted after "), "{reason}");
 }
 
 #[test]
 fn a_search_that_is_too_long_names_its_limit() {
     let args = ["plan", "--domain", "domains/blocksworld", "--problem", SUSSMAN];
     let limits = ["--optimal-expansions", "2", "--expansions", "2"];
-    refused_in(&project(""), &[&args[..], &limits].concat(), 4, &["out-of-budget: "]);
+    let said = ["out-of-budget: greedy_expansions_max = 2 (--expansions N raises this limit)"];
+    refused_in(&project(""), &[&args[..], &limits].concat(), 4, &said);
 }
 
 // ── ground ──────────────────────────────────────────────────────────────────────────────────────
@@ -395,7 +402,10 @@ fn a_labelled_image_gives_its_facts_and_a_plan() {
     let ran = ground.call(&ground.files[0], &instruction);
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
     let answer = one_object(&ran.stdout);
-    assert_eq!(keys(&answer), ["objects", "facts", "unknown", "anomalies", "goal", "plan"]);
+    schema::obeys("ground", &answer);
+    let expected =
+        ["objects", "facts", "unknown", "anomalies", "goal", "verdict", "reason", "plan"];
+    assert_eq!(keys(&answer), expected);
     let objects = answer["objects"].as_array().unwrap();
     assert_eq!(objects.len(), 8);
     assert!(objects.iter().all(|o| keys(o) == ["name", "type", "box", "score"]));
@@ -427,6 +437,18 @@ fn a_labelled_image_gives_its_facts_and_a_plan() {
     (pick_up red_block arm)
     (stack red_block blue_block arm)
     "#);
+}
+
+#[test]
+fn what_a_sentence_is_read_as_is_one_object() {
+    let args = ["goal", "--domain", "domains/blocksworld", "--instruction", "red over blue"];
+    let ran = call(&[&args[..], &["--objects", "red_block:block", "--json"]].concat());
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    let answer = one_object(&ran.stdout);
+    schema::obeys("goal", &answer);
+    assert_eq!(answer["goal"], "(on red_block blue_block)");
+    assert_eq!(answer["phrases"][0], json!({"text": "red", "means": "red_block"}));
+    assert_eq!(answer["expected"], json!([{"name": "blue_block", "type": "block"}]));
 }
 
 #[test]
@@ -521,6 +543,7 @@ fn an_episode_is_reported_as_one_object() {
     let ran = call(&args);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let report = one_object(&ran.stdout);
+    schema::obeys("run", &report);
     is_a_report(&report);
     assert_eq!((&report["verdict"], &report["seed"]), (&json!("reached"), &json!(3)));
     assert_eq!(report["goal"], "(and (on red_block blue_block) (on blue_block green_block))");
@@ -548,6 +571,7 @@ fn several_episodes_are_reported_as_one_object() {
     let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let object = one_object(&ran.stdout);
+    schema::obeys("run", &object);
     assert_eq!(keys(&object), ["episodes"]);
     let episodes = object["episodes"].as_array().unwrap();
     episodes.iter().for_each(is_a_report);

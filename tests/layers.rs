@@ -16,6 +16,8 @@ use common::{files_below, in_project, project};
 /// Who alone may name an outside crate: name, folders that are read, beginnings of paths.
 const OWNERS: &[(&str, &str, &[&str])] = &[
     ("clap", "src", &["src/cli/"]),
+    ("comfy_table", "src", &["src/cli/"]),
+    ("console", "src", &["src/cli/"]),
     ("groundloop_sim", "src", &["src/hardware/sim/"]),
     ("iceoryx2", "src", &["src/transport/"]),
     ("indicatif", "src", &["src/cli/"]),

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Process, project};
+use common::{Process, project, schema};
 use groundloop::eval::sim_grounding::{Row, Source, Used, measure};
 use groundloop::run::{DomainFolder, load_run};
 
@@ -43,6 +43,7 @@ fn the_verb_prints_a_table_or_json() {
     let table = Process::start(&args).end();
     assert!(table.status.success() && table.stdout.contains("| 3-D volumes |"), "{}", table.stderr);
     let json = Process::start(&[&args[..], &["--json"]].concat()).end().json();
+    schema::obeys("eval-sim-grounding", &json);
     assert_eq!(json["seeds"], serde_json::json!([1, 1]));
     let row = &json["rows"][0];
     assert_eq!((&row["domain"], &row["camera"]), (&"hanoi".into(), &"usual".into()));

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use common::{folders_in, one_object, project};
+use common::{folders_in, one_object, project, schema};
 use groundloop::pddl::{Problem, Step};
 use groundloop::planning::{Budget, Outcome, PlanRequest, plan};
 use groundloop::run::DomainFolder;
@@ -107,6 +107,7 @@ fn one_run_gives_a_report_logs_and_a_picture() {
     let ran = desk.stress("tiny.toml", &args);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let report = one_object(&ran.stdout);
+    schema::obeys("stress", &report);
     assert_eq!(
         keys(&report),
         ["format", "config", "planner", "seed", "repeats", "machine", "cells", "comparisons"]

@@ -3,13 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
-
+use super::reports::{ExpectedObject, GoalPhrase, GoalReport};
 use super::{Failure, out};
 use crate::geometry::PixelBox;
-use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal, Referent};
+use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal, Phrase, Referent};
 use crate::parts::{PartChoice, PartContext};
-use crate::pddl::{Name, SourceText, parse_problem};
+use crate::pddl::{Name, SourceText, Typed, parse_problem};
 use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
@@ -104,20 +103,17 @@ fn object(text: &str) -> Option<(Name, Name, Option<PixelBox>)> {
 fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
     let ParsedGoal { goal, phrases, expected, notes } = parsed;
     if args.json {
-        let phrases: Vec<Value> = phrases
-            .iter()
-            .map(|phrase| json!({"text": phrase.text, "means": means(&phrase.means)}))
-            .collect();
-        let expected: Vec<Value> = expected
-            .iter()
-            .map(|typed| json!({"name": typed.name, "type": typed.types.first()}))
-            .collect();
-        return out::json(&json!({
-            "goal": goal.to_string(),
-            "phrases": phrases,
-            "expected": expected,
-            "notes": notes,
-        }));
+        let phrase = |p: &Phrase| GoalPhrase { text: p.text.clone(), means: means(&p.means) };
+        let object = |typed: &Typed| ExpectedObject {
+            name: typed.name.to_string(),
+            type_name: typed.types.first().map(ToString::to_string),
+        };
+        return out::json(&GoalReport {
+            goal: goal.to_string(),
+            phrases: phrases.iter().map(phrase).collect(),
+            expected: expected.iter().map(object).collect(),
+            notes: notes.clone(),
+        });
     }
     out::line(&format!("goal     {goal}"));
     for phrase in phrases {

@@ -1,17 +1,14 @@
 //! `groundloop ground`: one image to objects, facts, goal and plan, without a loop.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use serde_json::{Value, json};
-
 use super::goal::choice;
 use super::plan::planner;
+use super::reports::{GroundReport, GroundedObject, lists, steps_of};
 use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
 use crate::parts::PartContext;
-use crate::pddl::Atom;
 use crate::perception::{GroundedImage, phrase_of_name};
 use crate::planners::{NO_COSTS, PlanQuery};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest};
@@ -92,12 +89,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     }
     let outcome = goal.as_ref().map(|goal| solve(args, &folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;
-    Ok(match &outcome {
-        None | Some(Outcome::Solved(_)) => 0,
-        Some(Outcome::Unsolvable { .. }) => exit::UNSOLVABLE,
-        Some(Outcome::OutOfBudget { .. } | Outcome::Interrupted) => exit::GAVE_UP,
-        Some(Outcome::Unsupported { .. } | Outcome::BadInput { .. }) => exit::BAD_INPUT,
-    })
+    Ok(outcome.as_ref().map_or(0, exit::of))
 }
 
 fn read_goal(
@@ -159,36 +151,27 @@ fn report(
     outcome: Option<&Outcome>,
 ) -> Result<(), Failure> {
     let goal_text = goal.map(|goal| goal.goal.to_string());
-    let steps: Option<Vec<String>> = if let Some(Outcome::Solved(found)) = outcome {
-        Some(found.steps.iter().map(ToString::to_string).collect())
-    } else {
-        None
-    };
+    let steps = outcome.and_then(steps_of);
     let anomalies: Vec<String> =
         grounded.state.grounding.anomalies.iter().map(ToString::to_string).collect();
     if args.json {
-        let objects: Vec<Value> = grounded
-            .named
-            .boxes
-            .iter()
-            .zip(&grounded.named.detections.objects)
-            .map(|(object, detection)| {
-                json!({
-                    "name": object.name,
-                    "type": object.type_name,
-                    "box": object.pixel_box,
-                    "score": detection.score,
-                })
-            })
-            .collect();
-        return out::json(&json!({
-            "objects": objects,
-            "facts": lists(&grounded.state.facts.known),
-            "unknown": lists(&grounded.state.facts.unknown),
-            "anomalies": anomalies,
-            "goal": goal_text,
-            "plan": steps,
-        }));
+        let objects = grounded.named.boxes.iter().zip(&grounded.named.detections.objects);
+        let objects = objects.map(|(object, detection)| GroundedObject {
+            name: object.name.to_string(),
+            type_name: object.type_name.to_string(),
+            pixel_box: object.pixel_box.into(),
+            score: detection.score,
+        });
+        return out::json(&GroundReport {
+            objects: objects.collect(),
+            facts: lists(&grounded.state.facts.known),
+            unknown: lists(&grounded.state.facts.unknown),
+            anomalies,
+            goal: goal_text,
+            verdict: outcome.map(Outcome::word),
+            reason: outcome.and_then(Outcome::reason),
+            plan: steps,
+        });
     }
     for object in &grounded.named.boxes {
         let [x1, y1, x2, y2]: [f64; 4] = object.pixel_box.into();
@@ -198,7 +181,7 @@ fn report(
     grounded.state.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.state.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));
     for anomaly in &anomalies {
-        out::line(&format!("anomaly   {anomaly}"));
+        out::line(&format!("anomaly {anomaly}"));
     }
     if let Some(goal) = goal_text {
         out::line(&format!("goal    {goal}"));
@@ -209,13 +192,4 @@ fn report(
         (None, None) => {}
     }
     Ok(())
-}
-
-/// Facts as `["predicate", "object", …]`.
-fn lists(atoms: &BTreeSet<Atom>) -> Vec<Vec<String>> {
-    let list = |atom: &Atom| {
-        let names = std::iter::once(&atom.predicate).chain(&atom.args);
-        names.map(ToString::to_string).collect()
-    };
-    atoms.iter().map(list).collect()
 }

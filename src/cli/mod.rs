@@ -1,5 +1,6 @@
 //! The command line: one file per verb.
 
+mod table;
 mod out;
 mod camera;
 mod config;
@@ -11,7 +12,9 @@ mod hardware;
 mod narrate;
 mod parts;
 mod plan;
+mod reports;
 mod run;
+mod schema;
 mod stress;
 mod validate;
 
@@ -23,6 +26,8 @@ use crate::run::RunError;
 
 /// Process exit codes; `README.md` lists them.
 pub mod exit {
+    use crate::planning::Outcome;
+
     /// Internal error.
     pub const INTERNAL: u8 = 1;
     /// Bad usage, configuration or input file.
@@ -33,6 +38,16 @@ pub mod exit {
     pub const GAVE_UP: u8 = 4;
     /// A check did not hold.
     pub const CHECK_FAILED: u8 = 6;
+
+    /// The code for how planning ended.
+    pub(super) fn of(outcome: &Outcome) -> u8 {
+        match outcome {
+            Outcome::Solved(_) => 0,
+            Outcome::Unsolvable { .. } => UNSOLVABLE,
+            Outcome::OutOfBudget { .. } | Outcome::Interrupted => GAVE_UP,
+            Outcome::Unsupported { .. } | Outcome::BadInput { .. } => BAD_INPUT,
+        }
+    }
 }
 
 /// A closed-loop task executive for robots: look, ground, plan, act, look again.
@@ -73,6 +88,8 @@ enum Verb {
     Eval(eval::Args),
     /// Measure what replanning costs.
     Stress(stress::Args),
+    /// Print the JSON Schema of what a verb writes with `--json`.
+    Schema(schema::Args),
 }
 
 /// Parses the arguments and carries the verb out.
@@ -92,6 +109,7 @@ pub fn main() -> ExitCode {
         Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),
+        Verb::Schema(args) => schema::run(&args),
     };
     match done {
         Ok(code) => ExitCode::from(code),

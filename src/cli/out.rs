@@ -1,14 +1,16 @@
 //! The only place that prints.
 
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, Write as _};
 
+use comfy_table::Table;
+use console::Term;
 use serde::Serialize;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::Layer as _;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt as _;
 
-use super::Failure;
+use super::{Failure, table};
 
 /// Writes one line to standard output. A closed pipe ends the output, not the program.
 pub(super) fn line(text: &str) {
@@ -36,9 +38,57 @@ pub(super) fn json(value: &impl Serialize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether standard output is a terminal.
-pub(super) fn is_terminal() -> bool {
-    io::stdout().is_terminal()
+/// Columns that text is laid out for where there is no terminal.
+const COLUMNS_PIPED: usize = 100;
+
+/// Where text for people goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stream {
+    /// Standard output.
+    Output,
+    /// Standard error: standard output is for one JSON object.
+    Error,
+}
+
+impl Stream {
+    /// Where text goes beside a JSON object, or without one.
+    pub(super) fn beside(json: bool) -> Self {
+        if json { Self::Error } else { Self::Output }
+    }
+
+    /// Writes one line.
+    pub(super) fn line(self, text: &str) {
+        match self {
+            Self::Output => line(text),
+            Self::Error => note(text),
+        }
+    }
+
+    /// Writes a table: as wide as the terminal, or as it is where there is no terminal.
+    pub(super) fn table(self, table: Table) {
+        self.line(&table::text(table, self.terminal_columns()));
+    }
+
+    /// The terminal's columns now; a fixed number where there is no terminal.
+    pub(super) fn columns(self) -> usize {
+        self.terminal_columns().unwrap_or(COLUMNS_PIPED)
+    }
+
+    fn terminal_columns(self) -> Option<usize> {
+        let terminal = match self {
+            Self::Output => Term::stdout(),
+            Self::Error => Term::stderr(),
+        };
+        terminal.size_checked().map(|(_, columns)| columns.into())
+    }
+
+    /// Whether to use colours: on a terminal, unless `NO_COLOR` or `CLICOLOR=0` says otherwise.
+    pub(super) fn has_colours(self) -> bool {
+        match self {
+            Self::Output => console::colors_enabled(),
+            Self::Error => console::colors_enabled_stderr(),
+        }
+    }
 }
 
 /// Starts the log on standard error.
@@ -50,7 +100,7 @@ pub(super) fn start_log(level: &str) {
     let filter = Targets::new().with_default(level).with_target("iceoryx2_bb_loggers", of_bus);
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(io::stderr)
-        .with_ansi(io::stderr().is_terminal())
+        .with_ansi(Stream::Error.has_colours())
         .without_time();
     let subscriber = tracing_subscriber::registry().with(lines.with_filter(filter));
     if tracing::subscriber::set_global_default(subscriber).is_err() {

@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
-
 use super::goal::choice;
+use super::reports::{PlanReport, PlanTimes, steps_of};
 use super::{Failure, exit, out};
 use crate::clock::monotonic_ns;
 use crate::parts::{PartChoice, PartContext};
@@ -12,7 +11,7 @@ use crate::pddl::{
     Domain, Parsed, Problem, SourcePosition, SourceText, Warning, parse_domain, parse_problem,
 };
 use crate::planners::{PLANNERS, PlanQuery, Planner, PlannerInputs};
-use crate::planning::{Budget, Outcome, PlanRequest, Validation, validate};
+use crate::planning::{Budget, Outcome, Plan, PlanRequest, Proof, Validation, validate};
 use crate::run::{ConfigError, environment, read_text};
 
 #[derive(Debug, clap::Args)]
@@ -76,18 +75,6 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let parsed_ns = monotonic_ns();
     let (outcome, expanded) = answer(args, &domain, &PlanRequest::new(&problem))?;
     let planned_ns = monotonic_ns();
-    let (verdict, code, reason) = match &outcome {
-        Outcome::Solved(_) => ("solved", 0, String::new()),
-        Outcome::Unsolvable { proof } => ("unsolvable", exit::UNSOLVABLE, proof.to_string()),
-        Outcome::OutOfBudget { limit, value } => {
-            ("out-of-budget", exit::GAVE_UP, format!("{limit} = {value}"))
-        }
-        Outcome::Interrupted => ("out-of-budget", exit::GAVE_UP, "interrupted".to_owned()),
-        Outcome::Unsupported { feature } => {
-            ("unsupported", exit::BAD_INPUT, format!("unsupported: {feature}"))
-        }
-        Outcome::BadInput { reason } => ("bad-input", exit::BAD_INPUT, reason.clone()),
-    };
     let found = if let Outcome::Solved(found) = &outcome { Some(found) } else { None };
     if let Some(found) = found {
         let checked = validate(&domain, &PlanRequest::new(&problem), &found.steps);
@@ -95,34 +82,41 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             return Err(Failure::internal(format!("the plan that was found is wrong: {reason}")));
         }
     }
-    let proof =
-        if let Outcome::Unsolvable { proof } = &outcome { Some(proof.kind()) } else { None };
     if args.json {
-        let steps: Vec<String> =
-            found.iter().flat_map(|p| &p.steps).map(ToString::to_string).collect();
+        let scaled = |p: &Plan, cost: u64| cost as f64 / p.cost_scale as f64;
         let microseconds = |from: u64, to: u64| (to - from) / 1000;
-        out::json(&json!({
-            "verdict": verdict,
-            "reason": reason,
-            "cost": found.map(|p| p.cost as f64 / p.cost_scale as f64),
-            "optimal": found.map(|p| p.proven_optimal),
-            "lower_bound": found.map(|p| p.lower_bound as f64 / p.cost_scale as f64),
-            "proof": proof,
-            "plan": steps,
-            "expanded": expanded,
-            "time_us": {
-                "parse": microseconds(started_ns, parsed_ns),
-                "plan": microseconds(parsed_ns, planned_ns),
-                "total": microseconds(started_ns, monotonic_ns()),
+        out::json(&PlanReport {
+            verdict: outcome.word(),
+            reason: outcome.reason(),
+            cost: found.map(|p| scaled(p, p.cost)),
+            optimal: found.map(|p| p.proven_optimal),
+            lower_bound: found.map(|p| scaled(p, p.lower_bound)),
+            proof: outcome.proof().map(Proof::kind),
+            plan: steps_of(&outcome),
+            expanded,
+            time_us: PlanTimes {
+                parse: microseconds(started_ns, parsed_ns),
+                plan: microseconds(parsed_ns, planned_ns),
+                total: microseconds(started_ns, monotonic_ns()),
             },
-        }))?;
+        })?;
     } else {
         match found {
             Some(found) => out::line(found.to_string().trim_end()),
-            None => out::note(&format!("{verdict}: {reason}")),
+            None => out::note(&format!("{outcome}{}", hint(&outcome))),
         }
     }
-    Ok(code)
+    Ok(exit::of(&outcome))
+}
+
+/// Which flag raises the limit that was met.
+fn hint(outcome: &Outcome) -> &'static str {
+    let Outcome::OutOfBudget { limit, .. } = outcome else { return "" };
+    match *limit {
+        "greedy_expansions_max" => " (--expansions N raises this limit)",
+        "optimal_expansions_max" => " (--optimal-expansions N raises this limit)",
+        _ => "",
+    }
 }
 
 /// The planner's answer, and how many states it has expanded.

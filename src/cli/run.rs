@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{Cell, Table};
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-use super::narrate::Style;
+use super::narrate::{Narrator, Style};
+use super::out::Stream;
+use super::reports::RunReport;
+use super::table::{self, right};
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
@@ -48,6 +51,9 @@ pub(super) struct Args {
     /// First cycle that the picture may show.
     #[arg(long, value_name = "CYCLE", default_value_t = 0)]
     snapshot_from: u64,
+    /// Shows every fact of a state and every step of a plan, over several lines.
+    #[arg(short, long)]
+    verbose: bool,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -159,29 +165,24 @@ async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
 
 /// Tells people what happens.
 struct Teller {
-    style: Style,
+    narrator: Narrator,
+    stream: Stream,
     is_quiet: bool,
-    is_json: bool,
-    started_ns: Option<u64>,
 }
 
 impl Teller {
     fn new(args: &Args, prepared: &PreparedRun) -> Self {
         let orders = prepared.folder.perception.constraints.strict_order.clone();
-        let style = Style { colour: out::is_terminal() && !args.json, orders };
-        let (is_quiet, is_json) = (args.episodes > 1, args.json);
-        Self { style, is_quiet, is_json, started_ns: None }
+        let stream = Stream::beside(args.json);
+        let style = Style { colour: stream.has_colours(), verbose: args.verbose, orders };
+        Self { narrator: Narrator::new(style), stream, is_quiet: args.episodes > 1 }
     }
 
     fn tell(&mut self, message: &EventMessage) {
         let EventMessage { cause, event, .. } = message;
-        let started_ns = *self.started_ns.get_or_insert(cause.capture_ns);
-        let since_ns = cause.capture_ns.saturating_sub(started_ns);
-        let text = self.style.line(since_ns, cause.cycle, event);
-        match (self.is_quiet, self.is_json) {
-            (true, _) => {}
-            (false, true) => out::note(&text),
-            (false, false) => out::line(&text),
+        if !self.is_quiet {
+            let columns = self.stream.columns();
+            self.stream.line(&self.narrator.tell(cause.capture_ns, cause.cycle, event, columns));
         }
     }
 }
@@ -222,22 +223,22 @@ fn progress(args: &Args, report: &EpisodeReport) {
     let text = format!(
         "seed {seed}: {verdict} after {sim_seconds:.1} s, {skills_done} skills, {replans} replans"
     );
-    if args.json { out::note(&text) } else { out::line(&text) }
+    Stream::beside(args.json).line(&text);
 }
 
 fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
     match reports {
-        [report] if args.json => out::json(report),
-        reports if args.json => out::json(&serde_json::json!({ "episodes": reports })),
+        [report] if args.json => out::json(&RunReport::One(report)),
+        episodes if args.json => out::json(&RunReport::Several { episodes }),
         [report] => {
             out::line("");
-            out::line(&latency_table(report).to_string());
+            Stream::Output.table(latency_table(report));
             out::line(&summary(report));
             Ok(())
         }
         reports => {
             out::line("");
-            out::line(&episode_table(reports).to_string());
+            Stream::Output.table(episode_table(reports));
             let reached = reports.iter().filter(|r| r.verdict == "reached").count();
             out::line(&format!("reached {reached}/{}", reports.len()));
             Ok(())
@@ -248,7 +249,8 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
 fn summary(report: &EpisodeReport) -> String {
     format!(
         "{}: {}\nseed {}, {} cycles, {} frames, {} replans, {} skills done, {} failed\n\
-         {:.1} s run time in {:.1} s ({:.1}x), {:.1} ms CPU per frame, decisions {}",
+         {:.1} s run time in {:.1} s wall clock ({:.1}x), {:.1} ms CPU per frame\n\
+         decision hash {}",
         report.verdict,
         report.reason,
         report.seed,
@@ -266,8 +268,7 @@ fn summary(report: &EpisodeReport) -> String {
 }
 
 fn latency_table(report: &EpisodeReport) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header(["latency (µs)", "count", "p50", "p99", "max"]);
     let latency = &report.latency_us;
     let mut row = |name: String, q: &Quantiles| {
@@ -284,8 +285,7 @@ fn latency_table(report: &EpisodeReport) -> Table {
 }
 
 fn episode_table(reports: &[EpisodeReport]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([
         "seed",
         "verdict",
@@ -319,10 +319,6 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
         ]);
     }
     table
-}
-
-fn right(value: impl ToString) -> Cell {
-    Cell::new(value).set_alignment(CellAlignment::Right)
 }
 
 impl From<crate::transport::TransportError> for Failure {

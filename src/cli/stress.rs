@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use comfy_table::{Cell as Text, CellAlignment, Table, presets};
+use comfy_table::{Cell as Text, Table};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::goal::choice;
+use super::out::Stream;
 use super::plan::planner;
+use super::table::{self, right};
 use super::{Failure, exit, out};
 use crate::planning::Budget;
 use crate::run::{ConfigError, read_text};
@@ -101,9 +103,9 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         print_report(&report);
     }
     let Some(judgements) = judgements else { return Ok(0) };
-    let say: fn(&str) = if args.json { out::note } else { out::line };
-    say("");
-    say(&trimmed(&check_table(&judgements)));
+    let stream = Stream::beside(args.json);
+    stream.line("");
+    stream.table(check_table(&judgements));
     let regressed = judgements.iter().any(|j| j.verdict == CheckVerdict::Regressed);
     Ok(if regressed { exit::CHECK_FAILED } else { 0 })
 }
@@ -158,16 +160,15 @@ fn print_report(report: &StressReport) {
         machine.calibration_ns as f64 / 1e6,
     ));
     out::line("");
-    out::line(&trimmed(&cell_table(&report.cells)));
+    Stream::Output.table(cell_table(&report.cells));
     if !report.comparisons.is_empty() {
         out::line("");
-        out::line(&trimmed(&comparison_table(&report.comparisons)));
+        Stream::Output.table(comparison_table(&report.comparisons));
     }
 }
 
 fn cell_table(cells: &[Cell]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([
         "case",
         "size",
@@ -210,8 +211,7 @@ fn cell_table(cells: &[Cell]) -> Table {
 }
 
 fn comparison_table(comparisons: &[Comparison]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([
         "same states",
         "size",
@@ -244,8 +244,7 @@ fn comparison_table(comparisons: &[Comparison]) -> Table {
 }
 
 fn check_table(judgements: &[Judgement]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header(["check", "before µs", "now µs", "ratio", "verdict"]);
     for judgement in judgements {
         let (verdict, known) = match judgement.verdict {
@@ -274,16 +273,6 @@ fn us(ns: u64) -> String {
         10_000..1_000_000 => format!("{us:.1}"),
         _ => format!("{us:.0}"),
     }
-}
-
-fn right(value: impl ToString) -> Text {
-    Text::new(value).set_alignment(CellAlignment::Right)
-}
-
-/// The table without spaces at the ends of its lines.
-fn trimmed(table: &Table) -> String {
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n")
 }
 
 impl From<StressError> for Failure {

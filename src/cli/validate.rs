@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
-
 use super::plan::{Task, read_task, source};
+use super::reports::ValidationReport;
 use super::{Failure, exit, out};
 use crate::pddl::parse_plan;
 use crate::planning::{PlanRequest, Validation, validate};
@@ -34,13 +33,12 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         Validation::Invalid { step_idx, reason } => (None, Some((step_idx, reason))),
     };
     if args.json {
-        out::json(&json!({
-            "valid": wrong.is_none(),
-            "cost": cost,
-            "steps": steps.len(),
-            "step_idx": wrong.as_ref().and_then(|(idx, _)| *idx),
-            "reason": wrong.as_ref().map(|(_, reason)| reason),
-        }))?;
+        let (step_idx, reason) = match &wrong {
+            Some((step_idx, reason)) => (*step_idx, Some(reason.clone())),
+            None => (None, None),
+        };
+        let (valid, steps) = (wrong.is_none(), steps.len());
+        out::json(&ValidationReport { valid, cost, steps, step_idx, reason })?;
     } else {
         match (&wrong, cost) {
             (Some((Some(idx), reason)), _) => {

@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 
 use image::RgbImage;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::files::FileRef;
@@ -33,8 +34,8 @@ pub const CAMERAS: [(&str, Option<Viewpoint>); 3] = [
     ("side", Some(Viewpoint { position_m: [0.85, -0.6, 0.48], look_at_m: [0.0, 0.0, 0.05] })),
 ];
 
-/// What is used of each object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+/// Which features of each object are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Used {
     /// Its box: the paper's features.
@@ -46,7 +47,7 @@ pub enum Used {
 }
 
 /// Where the objects come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// The colour detector.
@@ -56,27 +57,27 @@ pub enum Source {
 }
 
 /// How well the facts of all scenes were told, seen from one place by one feature.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
     /// Name of its folder.
     pub domain: String,
-    /// The camera, one of [`CAMERAS`].
+    /// The camera's pose: `usual`, `oblique` or `side`.
     pub camera: &'static str,
     /// Where the objects come from.
     pub objects: Source,
-    /// What is used of them.
+    /// Which features of them are used.
     pub features: Used,
-    /// Facts said and true.
+    /// Predicted facts that hold: true positives.
     pub n_true: u64,
-    /// Facts said and not true.
+    /// Predicted facts that do not hold: false positives.
     pub n_false: u64,
-    /// Facts true and not said.
+    /// Facts that hold and are not predicted: false negatives.
     pub n_missed: u64,
-    /// Scenes in which exactly the true facts were said.
+    /// Scenes whose predicted facts are exactly those that hold.
     pub n_exact: u64,
-    /// Scenes.
+    /// Scenes that were looked at.
     pub n_scenes: u64,
-    /// Objects that others hide altogether, over all scenes: nothing is expected of them.
+    /// Objects that are completely occluded, over all scenes; they are not scored.
     pub n_hidden: u64,
 }
 

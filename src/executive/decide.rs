@@ -241,7 +241,7 @@ impl Awaited {
         let seen = scene.objects.iter().filter(|o| o.visibility != Visibility::Implied);
         let n_objects = u32::try_from(seen.count()).unwrap_or(u32::MAX);
         let confirmed = match n_objects {
-            0 => "no object confirmed yet".to_owned(),
+            0 => "no object confirmed".to_owned(),
             n => format!("{} confirmed", counted(n, "object")),
         };
         if !named.is_empty() {

@@ -88,6 +88,9 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Every [`word`](Self::word).
+    pub const WORDS: [&str; 5] = ["reached", "planned", "unsolvable", "gave-up", "stopped"];
+
     /// The word for it in reports.
     pub fn word(&self) -> &'static str {
         match self {

@@ -1,6 +1,7 @@
 //! Latency histograms.
 
 use hdrhistogram::Histogram;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Largest latency that a histogram tells apart, in microseconds (one minute).
@@ -11,7 +12,7 @@ const LATENCY_US_MAX: u64 = 60_000_000;
 pub struct Latency(Histogram<u64>);
 
 /// What is reported of a histogram, in microseconds; zeros when nothing was recorded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Quantiles {
     /// How many values were recorded.
     pub count: u64,

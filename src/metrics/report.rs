@@ -2,19 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{EpisodeResult, Quantiles};
-use crate::messages::AnswerKind;
+use crate::messages::{AnswerKind, Verdict};
 
 /// The report of one episode.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EpisodeReport {
-    /// `reached`, `planned` (no robot), `unsolvable`, `gave-up` or `stopped`.
+    /// How it ended; `planned` is the end of a run without a robot.
+    #[schemars(extend("enum" = Verdict::WORDS))]
     pub verdict: &'static str,
-    /// Why, in one sentence; a met bound is named by its key.
+    /// Why, in words; a limit that was met is named by its key in the run file.
     pub reason: String,
-    /// The seed.
+    /// The seed of the episode.
     pub seed: u64,
     /// Cycles that were answered.
     pub cycles: u64,
@@ -22,42 +24,42 @@ pub struct EpisodeReport {
     pub frames: u64,
     /// Plan switches with a cause.
     pub replans: u64,
-    /// Steps that did what they were to do.
+    /// Steps whose effects were observed.
     pub skills_done: u64,
-    /// Steps that did not.
+    /// Steps that failed.
     pub skills_failed: u64,
-    /// Length of the episode in run time.
+    /// Length of the episode in run time, which the camera's stamps tell, in seconds.
     pub sim_seconds: f64,
-    /// Length of the episode on the clock on the wall.
+    /// Length of the episode in wall-clock time, in seconds.
     pub wall_seconds: f64,
-    /// Processor time of the process per frame, all threads.
+    /// CPU time of the process per frame, all threads, in milliseconds.
     pub cpu_ms_per_frame: f64,
     /// How often each source of the plan-reuse cascade has answered.
     pub rungs: BTreeMap<&'static str, u64>,
     /// SHA-256 over every decision.
     pub decision_hash: String,
-    /// Latencies, microseconds.
+    /// Latencies in microseconds.
     pub latency_us: Latencies,
-    /// What had not been done of the plan that was followed.
+    /// The steps of the last plan that were not done, each as `(action object …)`.
     pub plan: Vec<String>,
-    /// The goal.
+    /// The goal as a PDDL condition; empty if it was never known.
     pub goal: String,
-    /// Whether the goal really holds, where the simulator knows.
+    /// Whether the goal holds in the simulated world; `null` outside the simulator.
     pub goal_in_simulator: Option<bool>,
-    /// The facts believed at the end.
+    /// The facts that were confirmed at the end.
     pub facts: Vec<String>,
 }
 
-/// Latencies by stage.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// Latencies by stage, in microseconds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Latencies {
     /// From the frame's sending to the command's sending, by kind of answer.
     pub frame_to_command: BTreeMap<&'static str, Quantiles>,
-    /// Pixels → detections.
+    /// From pixels to detections.
     pub detect: Quantiles,
-    /// Detections → scene graph.
+    /// From detections to the scene graph.
     pub ground: Quantiles,
-    /// Scene graph → plan.
+    /// From the scene graph to the plan.
     pub plan: Quantiles,
 }
 

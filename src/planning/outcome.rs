@@ -36,6 +36,10 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// Every [`word`](Self::word).
+    pub const WORDS: [&str; 6] =
+        ["solved", "unsolvable", "out-of-budget", "interrupted", "unsupported", "bad-input"];
+
     /// The plan, where there is one.
     pub fn plan(&self) -> Option<&Plan> {
         if let Self::Solved(plan) = self { Some(plan) } else { None }
@@ -51,6 +55,11 @@ impl Outcome {
             Self::Unsupported { .. } => "unsupported",
             Self::BadInput { .. } => "bad-input",
         }
+    }
+
+    /// Why no plan exists, where that is certain.
+    pub fn proof(&self) -> Option<Proof> {
+        if let Self::Unsolvable { proof } = self { Some(*proof) } else { None }
     }
 
     /// Why there is no plan: the proof, the limit with its value, the feature, or what does not
@@ -94,6 +103,10 @@ pub enum Proof {
 }
 
 impl Proof {
+    /// Every [`kind`](Self::kind).
+    pub const KINDS: [&str; 4] =
+        ["goal-false", "relaxed-unreachable", "exhausted", "other-planner"];
+
     /// A fixed word for JSON.
     pub fn kind(self) -> &'static str {
         match self {

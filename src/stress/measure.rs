@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Workload;
 
 /// What belongs together in a report.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 pub struct Key {
-    /// The case's name.
+    /// Name of the case in the stress file.
     pub case: String,
-    /// The problem's size.
+    /// Size of the problem: the counter `n` of its template.
     pub size: u32,
-    /// The problem file's name; nothing for a sweep.
+    /// Name of the problem file; `null` for a problem of a template.
     pub problem: Option<String>,
     /// How the world changes.
     pub feed: Workload,
@@ -52,7 +53,7 @@ impl Timing {
 }
 
 /// Quantiles in nanoseconds, exact: every value is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct TimingQuantiles {
     /// Median.
     pub p50: u64,
@@ -80,7 +81,7 @@ impl TimingQuantiles {
 }
 
 /// Plan cost over the cost of a cheapest plan.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct CostRatio {
     /// How many plans were compared.
     pub count: u64,
@@ -104,29 +105,29 @@ pub(super) struct Samples {
 /// All samples of a stress test.
 pub(super) type AllSamples = BTreeMap<Key, Samples>;
 
-/// What is reported of one key.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The plans of one case, size, workload, rate and source.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Cell {
     /// What it is.
     #[serde(flatten)]
     pub key: Key,
-    /// How many plans, over all repeats.
+    /// Number of plans over all repeats.
     pub count: u64,
-    /// Processor time of the planner's thread for one plan.
+    /// Thread-CPU time of the planner for one plan: `observe` and `decide` together.
     pub cpu_ns: TimingQuantiles,
-    /// Of that, taking the scene in.
+    /// Thread-CPU time of taking in the scene.
     pub observe_cpu_ns: TimingQuantiles,
-    /// Of that, deciding.
+    /// Thread-CPU time of finding the plan.
     pub decide_cpu_ns: TimingQuantiles,
-    /// Wall time of the same work.
+    /// Wall-clock time of the same work.
     pub wall_ns: TimingQuantiles,
-    /// Wall time from sending the scene to having the plan.
+    /// Wall-clock time from sending the scene to receiving the plan.
     pub round_trip_ns: TimingQuantiles,
     /// Plans that came later than the next scene; at "max" there is no such thing.
     pub missed: u64,
-    /// Against cheapest plans, where these are known.
+    /// Plan cost over the cost of a cheapest plan, where that is known.
     pub cost_ratio: Option<CostRatio>,
-    /// The median processor time of each repeat.
+    /// Median thread-CPU time of each repeat.
     pub cpu_p50_ns_by_repeat: Vec<u64>,
 }
 

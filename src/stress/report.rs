@@ -1,12 +1,13 @@
 //! What a stress test reports, and a baseline for a later one.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measure::{Cell, TimingQuantiles};
 
 /// A stress test's report. Thread-CPU figures of two reports compare after division by their
 /// calibrations; wall figures compare only on a machine that does nothing else.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StressReport {
     /// Version of this file's form; another one is not compared.
     pub format: u32,
@@ -14,9 +15,9 @@ pub struct StressReport {
     pub config: String,
     /// Value of `planner.name`.
     pub planner: String,
-    /// Seed of everything random.
+    /// Seed of the workload generator.
     pub seed: u64,
-    /// How often everything was measured.
+    /// How often every cell was measured.
     pub repeats: u32,
     /// Where it was measured.
     pub machine: Machine,
@@ -30,11 +31,11 @@ pub struct StressReport {
 pub(super) const FORMAT: u32 = 1;
 
 /// Where and under what load a report was made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Machine {
     /// The processor's name.
     pub processor: String,
-    /// How many of them.
+    /// How many processors there are.
     pub processors: usize,
     /// Load averages (1, 5, 15 minutes) before the first repeat and after each one.
     pub load: Vec<[f64; 3]>,
@@ -44,9 +45,9 @@ pub struct Machine {
 }
 
 /// The same states through another planner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
-    /// The other planner.
+    /// Name of the other planner.
     pub planner: String,
     /// The case's name.
     pub case: String,
@@ -58,16 +59,16 @@ pub struct Comparison {
     pub states: u64,
     /// States of which the other planner found a plan.
     pub solved: u64,
-    /// Processor time of the planner actor's thread for these states.
+    /// Thread-CPU time of the planner actor for these states.
     pub cpu_ns: TimingQuantiles,
-    /// Processor time of the other planner for them.
+    /// CPU time of the other planner for them.
     pub other_cpu_ns: TimingQuantiles,
     /// Wall time of the other planner.
     pub other_wall_ns: TimingQuantiles,
-    /// Median processor time of the other planner over that of the actor.
+    /// Median CPU time of the other planner over that of the actor.
     pub ratio: f64,
     /// Sum of the plans' costs, over the states that both have solved.
     pub cost: u64,
-    /// The same of the other planner.
+    /// Sum of the other planner's costs over the same states.
     pub other_cost: u64,
 }

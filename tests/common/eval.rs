@@ -5,7 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use serde_json::Value;
 
-use super::project;
+use super::{project, schema};
 
 /// The verb on a checkout, with further arguments: exit code, standard output, standard error.
 pub fn eval(checkout: &Path, args: &[&str]) -> (i32, String, String) {
@@ -23,7 +23,9 @@ pub fn report(checkout: &Path, args: &[&str]) -> Value {
     let (code, stdout, stderr) = eval(checkout, &args);
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(stdout.lines().count(), 1, "{stdout}");
-    serde_json::from_str(&stdout).unwrap()
+    let report = serde_json::from_str(&stdout).unwrap();
+    schema::obeys("eval-prodg-v", &report);
+    report
 }
 
 /// The fields of a JSON object that are asked for.

@@ -11,6 +11,7 @@
 )]
 
 pub mod eval;
+pub mod schema;
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,9 @@
 //! How `groundloop eval prodg-v` prints its report.
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{Cell, Table};
 
-use super::super::out;
+use super::super::out::{self, Stream};
+use super::super::table::{self, right};
 use crate::eval::prodgv::{DomainReport, EvaluationReport, Ratio};
 
 /// Prints what was measured, then for each domain the paper's figures beside it.
@@ -16,10 +17,10 @@ pub(super) fn print_report(report: &EvaluationReport) {
         report.planner,
     ));
     out::line("");
-    out::line(&trimmed(&measured(report)));
+    Stream::Output.table(measured(report));
     for (name, domain) in &report.domains {
         out::line("");
-        out::line(&trimmed(&beside_published(report, name, domain)));
+        Stream::Output.table(beside_published(report, name, domain));
     }
     out::line("");
     out::line(
@@ -30,7 +31,7 @@ pub(super) fn print_report(report: &EvaluationReport) {
     for (name, domain) in &report.domains {
         if !domain.failures.is_empty() {
             out::line("");
-            out::line(&trimmed(&failures(name, domain)));
+            Stream::Output.table(failures(name, domain));
         }
     }
 }
@@ -61,8 +62,7 @@ pub(super) fn print_details(report: &EvaluationReport) {
 
 /// One row for each figure, one column for each domain.
 fn measured(report: &EvaluationReport) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     let names = report.domains.keys().map(right);
     table.set_header(std::iter::once(Cell::new("measured")).chain(names));
     let mut row = |label: &str, value: &dyn Fn(&DomainReport) -> String| {
@@ -99,8 +99,7 @@ fn measured(report: &EvaluationReport) -> Table {
 
 /// The measured row of a domain, and below it the published ones.
 fn beside_published(report: &EvaluationReport, name: &str, domain: &DomainReport) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([
         name,
         "framework",
@@ -144,8 +143,7 @@ fn beside_published(report: &EvaluationReport, name: &str, domain: &DomainReport
 }
 
 fn failures(name: &str, domain: &DomainReport) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
+    let mut table = table::plain();
     table.set_header([name, "exemplar", "test", "stage", "why"]);
     for failure in &domain.failures {
         table.add_row([
@@ -174,14 +172,4 @@ fn of([part, whole]: Ratio) -> String {
 
 fn ratio([part, whole]: Ratio) -> String {
     share((whole > 0).then(|| part as f64 / whole as f64), 2)
-}
-
-fn right(value: impl ToString) -> Cell {
-    Cell::new(value).set_alignment(CellAlignment::Right)
-}
-
-/// The table without spaces at the ends of its lines.
-fn trimmed(table: &Table) -> String {
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    lines.join("\n")
 }

@@ -13,7 +13,7 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 40, value_name = "N",
           value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
-    /// Print JSON.
+    /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
     /// Writes the first scene of each camera to this folder.
@@ -40,11 +40,12 @@ mod with_sim {
     use std::collections::BTreeSet;
     use std::path::{Path, PathBuf};
 
-    use comfy_table::{Cell, CellAlignment, Table, presets};
+    use comfy_table::{Cell, Table, presets};
     use indicatif::{ProgressBar, ProgressStyle};
-    use serde_json::json;
 
     use super::super::super::out;
+    use super::super::super::reports::{SimGroundingReport, SimGroundingRow};
+    use super::super::super::table::right;
     use super::{Args, Failure};
     use crate::eval::sim_grounding::{CAMERAS, Row, Source, Used, has_scene, measure};
     use crate::files::shipped_names;
@@ -72,8 +73,12 @@ mod with_sim {
         }
         bar.finish_and_clear();
         if args.json {
-            let rows: Vec<_> = rows.iter().map(in_full).collect();
-            out::json(&json!({ "seeds": [1, args.seeds], "rows": rows }))?;
+            let rows = rows.into_iter().map(|row| SimGroundingRow {
+                precision: row.precision(),
+                recall: row.recall(),
+                row,
+            });
+            out::json(&SimGroundingReport { seeds: [1, args.seeds], rows: rows.collect() })?;
         } else {
             print(&rows, args.seeds);
         }
@@ -121,14 +126,6 @@ mod with_sim {
         }
     }
 
-    /// A row with its precision and recall.
-    fn in_full(row: &Row) -> serde_json::Value {
-        let mut full = json!(row);
-        full["precision"] = json!(row.precision());
-        full["recall"] = json!(row.recall());
-        full
-    }
-
     fn print(rows: &[Row], seeds: u64) {
         for (source, title) in [
             (Source::Labelled, "Boxes, pixels and depth of the labelled objects"),
@@ -138,7 +135,6 @@ mod with_sim {
             table.load_preset(presets::ASCII_MARKDOWN);
             table.set_header(["domain", "camera", "features", "P", "R", "exact states", "hidden"]);
             for row in rows.iter().filter(|row| row.objects == source) {
-                let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
                 table.add_row([
                     Cell::new(&row.domain),
                     Cell::new(row.camera),

@@ -4,13 +4,15 @@ use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::recorded::Pair;
 use crate::geometry::PixelBox;
 use crate::perception::model::ObjectBox;
 
 /// How boxes are disturbed.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Jitter {
     /// Standard deviation of the noise on every coordinate, in pixels.
     pub px: f64,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::goal::{GoalFault, GoalFrom};
@@ -88,7 +89,7 @@ pub struct PairInput<'a> {
 }
 
 /// Where a failure comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
     /// Pixels to objects.
@@ -114,15 +115,15 @@ impl Stage {
 }
 
 /// A pair whose plan fails or whose state is not exactly right.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Failure {
-    /// Number of the problem that is the exemplar.
+    /// Number of the exemplar.
     pub exemplar: u32,
-    /// Number of the problem that is read.
+    /// Number of the test.
     pub test: u32,
-    /// Where it comes from.
+    /// The first stage that is wrong.
     pub stage: Stage,
-    /// What is wrong.
+    /// What is wrong, in words.
     pub why: String,
 }
 

@@ -2,19 +2,20 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Figures of one framework, by domain. What the paper does not give is not there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// As the paper's table calls it.
+    /// Name of the framework.
     pub framework: String,
-    /// How many examples it is shown.
+    /// Number of exemplars that it is shown.
     pub shot: u32,
-    /// What reads the state.
+    /// What grounds the state.
     pub grounding: String,
-    /// What plans.
+    /// The planner.
     pub planner: String,
     /// Precision and recall of observed facts.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

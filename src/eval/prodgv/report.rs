@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::evaluate::Evaluation;
@@ -10,25 +11,25 @@ use super::pair::Failure;
 use super::published::Published;
 use super::score::FactCounts;
 
-/// The whole report.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// Output of `groundloop eval prodg-v --json`.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EvaluationReport {
-    /// Its registered name.
+    /// Name of the grounder.
     pub grounder: String,
-    /// Where the boxes came from.
+    /// Value of `--detections`: where the boxes came from.
     pub detections: String,
-    /// Where the goals came from.
+    /// Value of `--goals`: where the goals came from.
     pub goals: String,
-    /// Its registered name.
+    /// Name of the planner.
     pub planner: String,
-    /// Whether goals were repaired.
+    /// Whether goal atoms that contradict the rest of their goal were dropped.
     pub repair_goals: bool,
     /// What was measured, by domain.
     pub domains: BTreeMap<String, DomainReport>,
     /// The noise that `jitter` of each domain was measured with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<Jitter>,
-    /// What the paper says; none of it is measured here.
+    /// Figures quoted from the paper; none of them is measured here.
     pub published: Vec<Published>,
 }
 
@@ -36,40 +37,40 @@ pub struct EvaluationReport {
 pub type Ratio = [usize; 2];
 
 /// What was measured in one domain.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DomainReport {
     /// Always `measured`.
     pub source: &'static str,
     /// Evaluated pairs.
     pub pairs: usize,
-    /// Predicted facts that hold.
+    /// True positives: predicted facts that hold.
     pub tp: usize,
-    /// Predicted facts that do not.
+    /// False positives: predicted facts that do not hold.
     pub fp: usize,
-    /// Listed observed facts that are not predicted; one that is listed twice counts twice.
+    /// False negatives: labelled facts that are not predicted; one that is labelled twice counts twice.
     #[serde(rename = "fn")]
     pub fn_: usize,
-    /// `null` when nothing is predicted.
+    /// Precision, `tp / (tp + fp)`; `null` when nothing is predicted.
     pub precision: Option<f64>,
-    /// `null` when there is nothing to predict.
+    /// Recall, `tp / (tp + fn)`; `null` when there is nothing to predict.
     pub recall: Option<f64>,
-    /// Harmonic mean of the two.
+    /// F1, the harmonic mean of precision and recall.
     pub f1: Option<f64>,
     /// Pairs whose state is exactly right.
     pub exact_states: usize,
-    /// Judged facts that are unknown; not predicted.
+    /// Facts that are judged unknown; they are not predicted.
     pub unknown: usize,
-    /// Predicted facts that rest on a constraint.
+    /// Predicted facts that a constraint of the domain decided.
     pub inferred: usize,
-    /// What the grounder could not explain.
+    /// Anomalies: observations that no consistent state explains.
     pub anomalies: usize,
     /// Goals that lost an atom which contradicted the rest.
     pub goals_repaired: usize,
-    /// Problems that are problems of the domain, over all ordered pairs.
+    /// Generated problems that parse against the domain, over all ordered pairs.
     pub problem_valid: Ratio,
     /// Plans that are valid on their own problem, over the evaluated pairs.
     pub plan_valid_pairs: Ratio,
-    /// The same over all ordered pairs.
+    /// Plans that are valid on their own problem, over all ordered pairs.
     pub plan_valid_all: Ratio,
     /// Plans that are valid on the true problem, over the evaluated pairs.
     pub success: Ratio,
@@ -88,7 +89,7 @@ pub struct DomainReport {
 }
 
 /// Means over the seeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct JitterReport {
     /// Mean of the precisions.
     pub precision: Option<f64>,
@@ -103,7 +104,7 @@ pub struct JitterReport {
 }
 
 /// What was measured of one pair.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PairReport {
     /// Number of the problem that is the exemplar.
     pub exemplar: u32,
@@ -111,24 +112,24 @@ pub struct PairReport {
     pub test: u32,
     /// Whether the pair counts.
     pub evaluated: bool,
-    /// Predicted facts that hold.
+    /// True positives: predicted facts that hold.
     pub tp: usize,
-    /// Predicted facts that do not.
+    /// False positives: predicted facts that do not hold.
     pub fp: usize,
-    /// Listed facts that are not predicted.
+    /// False negatives: labelled facts that are not predicted.
     #[serde(rename = "fn")]
     pub fn_: usize,
-    /// Unknown facts.
+    /// Facts that are judged unknown.
     pub unknown: usize,
-    /// Facts that rest on a constraint.
+    /// Facts that a constraint of the domain decided.
     pub inferred: usize,
-    /// Facts that differ from the recorded ones.
+    /// Facts that differ from the recorded ones; `null` without any.
     pub differs_from_recorded: Option<usize>,
     /// Wrong facts, with the names of the detections.
     pub wrong: Vec<String>,
     /// Missing facts, with the true names.
     pub missing: Vec<String>,
-    /// What the grounder could not explain.
+    /// Anomalies: observations that no consistent state explains.
     pub anomalies: Vec<String>,
     /// The goal over the detections, or why there is none.
     pub goal: String,

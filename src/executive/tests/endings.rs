@@ -131,7 +131,7 @@ fn what_the_first_plan_waits_for_is_told() {
         episode.scene.unsettled = unsettled;
         reasons(&episode.cycle()).concat()
     };
-    assert_eq!(next(&[], 0), "waiting for the first settled scene: no object confirmed yet");
+    assert_eq!(next(&[], 0), "waiting for the first settled scene: no object confirmed");
     assert_eq!(
         next(&objects, 4),
         "waiting for the first settled scene: 3 objects confirmed, 4 unconfirmed facts"

@@ -1,0 +1,192 @@
+//! What `--json` writes: one struct for each verb, described by the JSON Schemas in `docs/schemas/`.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::metrics::EpisodeReport;
+use crate::pddl::Atom;
+use crate::planning::{Outcome, Proof};
+
+/// Output of `groundloop run --json`: one episode, or all of them with `--episodes`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(title = "groundloop run --json")]
+pub(super) enum RunReport<'a> {
+    /// One episode.
+    One(&'a EpisodeReport),
+    /// Several episodes.
+    Several {
+        /// In the order of their seeds.
+        episodes: &'a [EpisodeReport],
+    },
+}
+
+/// Output of `groundloop plan --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop plan --json")]
+pub(super) struct PlanReport {
+    /// How the call ended.
+    #[schemars(extend("enum" = Outcome::WORDS))]
+    pub(super) verdict: &'static str,
+    /// Why there is no plan, in words: the proof, the limit with its value, the feature that is not
+    /// supported, or what does not fit. `null` with a plan.
+    pub(super) reason: Option<String>,
+    /// Cost of the plan: the sum of the action costs if the problem has a metric, else its length.
+    pub(super) cost: Option<f64>,
+    /// Whether the plan is proven to be cheapest.
+    pub(super) optimal: Option<bool>,
+    /// No plan is cheaper than this; 0 if nothing is known.
+    pub(super) lower_bound: Option<f64>,
+    /// Kind of the proof that there is no plan.
+    #[schemars(extend("enum" = with_null(&Proof::KINDS)))]
+    pub(super) proof: Option<&'static str>,
+    /// The steps in order, each as `(action object …)`.
+    pub(super) plan: Option<Vec<String>>,
+    /// States that all searches have expanded.
+    pub(super) expanded: u64,
+    /// Wall-clock times in microseconds.
+    pub(super) time_us: PlanTimes,
+}
+
+/// Wall-clock times in microseconds.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct PlanTimes {
+    /// Reading and checking domain and problem.
+    pub(super) parse: u64,
+    /// Grounding and search.
+    pub(super) plan: u64,
+    /// Both, and the validation of the plan.
+    pub(super) total: u64,
+}
+
+/// Output of `groundloop validate --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop validate --json")]
+pub(super) struct ValidationReport {
+    /// Whether every step is applicable and the goal holds at the end.
+    pub(super) valid: bool,
+    /// Cost of a valid plan: the sum of the action costs if the problem has a metric, else its
+    /// length.
+    pub(super) cost: Option<f64>,
+    /// How many steps the plan has.
+    pub(super) steps: usize,
+    /// Index of the first step that is not applicable, from 0; `null` if all are, and the goal does
+    /// not hold at the end.
+    pub(super) step_idx: Option<usize>,
+    /// Why the plan is not valid.
+    pub(super) reason: Option<String>,
+}
+
+/// Output of `groundloop ground --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop ground --json")]
+pub(super) struct GroundReport {
+    /// The objects that were detected.
+    pub(super) objects: Vec<GroundedObject>,
+    /// The facts that hold, derived ones included, each as `["predicate", "object", …]`.
+    pub(super) facts: Vec<Vec<String>>,
+    /// The facts that may hold or not, in the same form; all others do not hold.
+    pub(super) unknown: Vec<Vec<String>>,
+    /// Observations that no consistent state explains, in words.
+    pub(super) anomalies: Vec<String>,
+    /// The goal as a PDDL condition; `null` if none was given.
+    pub(super) goal: Option<String>,
+    /// How planning ended; `null` without a goal.
+    #[schemars(extend("enum" = with_null(&Outcome::WORDS)))]
+    pub(super) verdict: Option<&'static str>,
+    /// Why there is no plan, in words; `null` with a plan, or without a goal.
+    pub(super) reason: Option<String>,
+    /// The steps in order, each as `(action object …)`.
+    pub(super) plan: Option<Vec<String>>,
+}
+
+/// An object in the image.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct GroundedObject {
+    /// Its name, as facts and goal use it.
+    pub(super) name: String,
+    /// Its PDDL type.
+    #[serde(rename = "type")]
+    pub(super) type_name: String,
+    /// Its box in pixels: left, top, right, bottom.
+    #[serde(rename = "box")]
+    pub(super) pixel_box: [f64; 4],
+    /// The detector's confidence, from 0 to 1.
+    pub(super) score: f32,
+}
+
+/// Output of `groundloop goal --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop goal --json")]
+pub(super) struct GoalReport {
+    /// The goal as a PDDL condition.
+    pub(super) goal: String,
+    /// What each phrase of the instruction refers to.
+    pub(super) phrases: Vec<GoalPhrase>,
+    /// Objects that the goal names and that are not in the scene.
+    pub(super) expected: Vec<ExpectedObject>,
+    /// What the goal source has to say about its answer.
+    pub(super) notes: Vec<String>,
+}
+
+/// A phrase of an instruction.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct GoalPhrase {
+    /// As it stands in the instruction.
+    pub(super) text: String,
+    /// The objects it refers to, in words: `a`, `a and b`, or `every type`.
+    pub(super) means: String,
+}
+
+/// An object that a goal names.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ExpectedObject {
+    /// Its name.
+    pub(super) name: String,
+    /// Its PDDL type.
+    #[serde(rename = "type")]
+    pub(super) type_name: Option<String>,
+}
+
+/// Output of `groundloop eval sim-grounding --json`.
+#[cfg(feature = "sim")]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop eval sim-grounding --json")]
+pub(super) struct SimGroundingReport {
+    /// First and last seed of the scenes.
+    pub(super) seeds: [u64; 2],
+    /// What was measured, by domain, camera, source of the objects, and features.
+    pub(super) rows: Vec<SimGroundingRow>,
+}
+
+/// One combination, with the shares that follow from its counts.
+#[cfg(feature = "sim")]
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct SimGroundingRow {
+    #[serde(flatten)]
+    pub(super) row: crate::eval::sim_grounding::Row,
+    /// The share of the predicted facts that hold; 1 if none is predicted.
+    pub(super) precision: f64,
+    /// The share of the facts that hold that are predicted; 1 if none holds.
+    pub(super) recall: f64,
+}
+
+/// Facts as `["predicate", "object", …]`.
+pub(super) fn lists<'a>(atoms: impl IntoIterator<Item = &'a Atom>) -> Vec<Vec<String>> {
+    let list = |atom: &Atom| {
+        let names = std::iter::once(&atom.predicate).chain(&atom.args);
+        names.map(ToString::to_string).collect()
+    };
+    atoms.into_iter().map(list).collect()
+}
+
+/// The steps of a plan, where there is one.
+pub(super) fn steps_of(outcome: &Outcome) -> Option<Vec<String>> {
+    let Outcome::Solved(plan) = outcome else { return None };
+    Some(plan.steps.iter().map(ToString::to_string).collect())
+}
+
+/// The values of a field that may be `null`.
+fn with_null(words: &[&'static str]) -> Vec<Option<&'static str>> {
+    words.iter().copied().map(Some).chain([None]).collect()
+}
