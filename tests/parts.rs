@@ -3,17 +3,18 @@
 //!
 //! A part that is not in [`minimal`] fails: to register is to be tested.
 
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step must fail the test")]
 
 mod common;
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::Path;
+use std::sync::Arc;
 
 use common::project;
 use groundloop::geometry::{Aabb, PixelBox};
-use groundloop::goals::{GOALS, GoalInputs, GoalObject};
+use groundloop::goals::{GOALS, GoalInputs, GoalObject, GoalSource};
 use groundloop::hardware::{CAMERAS, HardwareInputs, ROBOTS, SharedWorld};
 use groundloop::messages::{Command, CommandKind, Expect, Motion, RobotState, Waypoint};
 use groundloop::parts::{Part, PartChoice, PartContext, PartError, Registry, Role};
@@ -75,7 +76,7 @@ fn keeps_promises<T: Role + ?Sized, A: PartialEq + Debug>(
     use_it: &dyn Fn(&mut T) -> A,
 ) {
     let folder = folder();
-    assert!(registry.names().is_sorted_by(|a, b| a < b), "{:?}", registry);
+    assert!(registry.names().is_sorted_by(|a, b| a < b), "{registry:?}");
     for part in registry.0 {
         let Part { name, help, .. } = part;
         assert!(!help.is_empty() && !help.ends_with('.') && !help.contains('\n'), "{name}");
@@ -155,7 +156,7 @@ fn absurd_objects() -> Vec<Vec<ObjectBox>> {
     let all = boxes.iter().enumerate().flat_map(|(i, edges)| {
         types.map(|kind| {
             let mut object = ObjectBox::new(
-                Name::new(&format!("o{i}{kind}")),
+                Name::new(format!("o{i}{kind}")),
                 Name::new(kind),
                 PixelBox::from(*edges),
             );
@@ -232,10 +233,11 @@ fn goals() {
                     };
                     names.iter().map(object).collect::<Vec<GoalObject>>()
                 };
+                let read = |source: &dyn GoalSource, names: &[&str]| {
+                    source.read(&folder.domain, &objects(names)).map_err(|e| e.render())
+                };
                 source.map(|source| {
-                    [&[][..], &["red_block", "", "red_block"]].map(|names| {
-                        source.read(&folder.domain, &objects(names)).map_err(|e| e.render())
-                    })
+                    [&[][..], &["red_block", "", "red_block"]].map(|names| read(&*source, names))
                 })
             };
             assert_eq!(format!("{:?}", read()), format!("{:?}", read()), "{}", part.name);
@@ -276,7 +278,7 @@ fn planners() {
 fn absurd_scene() -> Vec<SceneObject> {
     let numbers = [0.0, -1.0, 1e300, f64::NAN, f64::INFINITY];
     let objects = numbers.iter().enumerate().map(|(i, &number)| SceneObject {
-        name: Name::new(&format!("o{i}")),
+        name: Name::new(format!("o{i}")),
         type_name: Name::new("block"),
         pixel_box: None,
         volume: (i > 0).then(|| Aabb {
@@ -382,7 +384,7 @@ fn cameras() {
     keeps_promises(&CAMERAS, &|| hardware(folder), &|port| {
         let Some(open) = &port.open else { return None };
         // A simulated camera in lockstep shows its first frame once the robot has spoken.
-        let open = open.clone();
+        let open = Arc::clone(open);
         let size = port.image_size;
         runtime.block_on(async move {
             let _camera = open().unwrap();

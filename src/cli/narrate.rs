@@ -349,7 +349,7 @@ mod tests {
         ]
     }
 
-    fn told(colour: bool, verbose: bool, columns: usize) -> String {
+    fn told([colour, verbose]: [bool; 2], columns: usize) -> String {
         let mut narrator = Narrator::new(Style { colour, verbose, orders: vec!["above".into()] });
         let lines = events().into_iter().map(|(cycle, event)| {
             narrator.tell(7_000_000_000 + cycle * 100_000_000, cycle, &event, columns)
@@ -359,7 +359,7 @@ mod tests {
 
     #[test]
     fn lines_fit_80_columns() {
-        insta::assert_snapshot!(told(false, false, 80), @r"
+        insta::assert_snapshot!(told([false, false], 80), @r"
         0.0 s #0    look    waiting for the first settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) … 5 more
         0.4 s #4    plan    3 steps: (unstack green_block purple_block arm) … 2 more
@@ -381,7 +381,7 @@ mod tests {
 
     #[test]
     fn lines_fit_160_columns() {
-        insta::assert_snapshot!(told(false, false, 160), @r"
+        insta::assert_snapshot!(told([false, false], 160), @r"
         0.0 s #0    look    waiting for the first settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) (on green_block purple_block) (on red_block blue_block) (clear green_block) … 2 more
         0.4 s #4    plan    3 steps: (unstack green_block purple_block arm) (put_down green_block arm) (unstack blue_block yellow_block arm)
@@ -400,7 +400,7 @@ mod tests {
 
     #[test]
     fn everything_is_told_on_request() {
-        insta::assert_snapshot!(told(false, true, 100), @r"
+        insta::assert_snapshot!(told([false, true], 100), @r"
         0.0 s #0    look    waiting for the first settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) (on green_block purple_block)
                             (on red_block blue_block) (clear green_block) (clear red_block)
@@ -445,6 +445,6 @@ mod tests {
 
     #[test]
     fn a_terminal_that_is_too_narrow_harms_nothing() {
-        assert!(told(false, false, 0).lines().count() > events().len());
+        assert!(told([false, false], 0).lines().count() > events().len());
     }
 }
