@@ -9,7 +9,7 @@ use criterion::Criterion;
 use groundloop::hardware::sim::Labeller;
 use groundloop::parts::PartChoice;
 use groundloop::perception::ImageView;
-use groundloop::run::{DomainFolder, load_run};
+use groundloop::run::load_run;
 
 /// Run file and scene of each frame.
 const FRAMES: [(&str, &str); 2] = [
@@ -20,7 +20,7 @@ const FRAMES: [(&str, &str); 2] = [
 fn detect(criterion: &mut Criterion, config: &str, scene: &str) -> Result<(), String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(config);
     let run = load_run(&path, &[]).map_err(|e| e.to_string())?;
-    let folder = DomainFolder::find(&run.domain, &run.origin.folder).map_err(|e| e.to_string())?;
+    let folder = run.domain_folder().map_err(|e| e.to_string())?;
     let examples = run.perception.exemplar.read(&folder, None).map_err(|e| e.to_string())?;
     let mut detector = folder
         .detector(&PartChoice::new("bench", "colour"), &examples)

@@ -91,7 +91,17 @@ fn everything_that_is_wrong_with_a_run_file_is_shown_in_its_line() {
     let folder = with_run_file("domain = ", "sed = 2\n[limits]\ncycles_max = \"many\"\n#");
     let ran = call_in(folder.path(), &["run", "bad.toml"]);
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
-    insta::assert_snapshot!(ran.stderr, @"");
+    insta::assert_snapshot!(ran.stderr, @r#"
+    bad.toml: error: missing key: domain
+    bad.toml:7:1: error: sed: unknown key; did you mean seed?
+      |
+    7 | sed = 2
+      | ^^^
+    bad.toml:9:14: error: limits.cycles_max: expected an integer, 0 or more, got "many"
+      |
+    9 | cycles_max = "many"
+      |              ^^^^^^
+    "#);
 }
 
 #[test]
@@ -99,7 +109,16 @@ fn malformed_toml_is_shown_in_its_line() {
     let folder = with_run_file("domain = ", "domain = = ");
     let ran = call_in(folder.path(), &["run", "bad.toml"]);
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
-    insta::assert_snapshot!(ran.stderr, @"");
+    insta::assert_snapshot!(ran.stderr, @r#"
+    bad.toml:7:10: error: extra `=`, expected nothing
+      |
+    7 | domain = = "blocksworld"
+      |          ^
+    bad.toml:7:12: error: unexpected key or value, expected newline, `#`
+      |
+    7 | domain = = "blocksworld"
+      |            ^
+    "#);
 }
 
 #[test]

@@ -6,12 +6,12 @@ mod common;
 
 use common::{Process, project, schema};
 use groundloop::eval::sim_grounding::{Row, Source, Used, measure};
-use groundloop::run::{DomainFolder, load_run};
+use groundloop::run::load_run;
 
 fn rows(config: &str, seeds: u64) -> Vec<Row> {
     let sets = ["sim.camera.width=320", "sim.camera.height=240"].map(str::to_owned);
     let run = load_run(&project(config), &sets).unwrap_or_else(|e| panic!("{e}"));
-    let folder = DomainFolder::find(&run.domain, &run.origin.folder).unwrap();
+    let folder = run.domain_folder().unwrap();
     let mut n_seen = 0;
     let rows = measure(&run, &folder, seeds, &mut |_, _, _| n_seen += 1).unwrap();
     assert_eq!(n_seen, 3 * seeds, "one scene for each camera and seed");

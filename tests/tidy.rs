@@ -137,7 +137,7 @@ fn every_run_file_loads() {
             }
         } else if name != "defaults.toml" {
             let run = load_run(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
-            DomainFolder::find(&run.domain, &run.origin.folder).unwrap_or_else(|e| panic!("{e}"));
+            run.domain_folder().unwrap_or_else(|e| panic!("{e}"));
         }
         let first = read(&path).lines().next().unwrap_or_default().to_owned();
         assert!(first.starts_with("# "), "{} says what it is in its first line", in_project(&path));

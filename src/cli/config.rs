@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::{Failure, exit, out};
-use crate::run::{ConfigError, DomainFolder, Layered, run_file_schema, run_schema};
+use crate::run::{ConfigError, Layered, run_file_schema, run_schema};
 use crate::settings::{Form, Written};
 use crate::stress::{stress_file_schema, stress_of, stress_schema};
 
@@ -131,7 +131,7 @@ fn check_one(path: &Path, sets: &[String]) -> Result<String, ConfigError> {
     match layered.layers.form() {
         Form::Run => {
             let run = layered.run()?;
-            let folder = DomainFolder::find(&run.domain, &run.origin.folder)?;
+            let folder = run.domain_folder()?;
             run.check_domain(&folder)?;
             Ok(format!("{file}: ok, a run file for {}", folder.files))
         }

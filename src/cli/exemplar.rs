@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Failure, out};
-use crate::run::{DomainFolder, load_run};
+use crate::run::load_run;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -24,7 +24,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     use crate::run::ConfigError;
 
     let config = load_run(&args.config, &args.sets)?;
-    let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+    let folder = config.domain_folder()?;
     let target = folder.files.below("exemplar").below(&args.folder);
     let Some(target) = target.on_disk() else {
         let copy = "name a copy on disk as the domain: --set domain=PATH";
@@ -53,7 +53,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 #[cfg(not(feature = "sim"))]
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
-    DomainFolder::find(&config.domain, &config.origin.folder)?;
+    config.domain_folder()?;
     out::note(&format!("{} is not written", args.folder));
     let error = crate::parts::PartError::missing("the simulator", "build with `--features sim`");
     Err(crate::run::ConfigError::from(error).into())

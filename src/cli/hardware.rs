@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::camera::terminated;
 use super::{Failure, out};
 use crate::actors::Monitor;
-use crate::run::{ConfigError, DomainFolder, HardwarePorts, load_run};
+use crate::run::{ConfigError, HardwarePorts, load_run};
 use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,7 @@ pub(super) struct Args {
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
-    let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+    let folder = config.domain_folder()?;
     let ports = HardwarePorts::build(&config, &folder)?;
     if ports.camera.open.is_none() && ports.robot.open.is_none() {
         return Err(Failure::from(ConfigError::Value {

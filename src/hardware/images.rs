@@ -31,13 +31,9 @@ pub struct ImageCamera {
 struct Options {
     /// A folder of images, which are shown in the order of their names, or one image.
     path: String,
-    /// Frames that each image is shown for; 10 without the key.
-    #[serde(default = "repeat")]
+    /// Frames that each image is shown for.
+    #[schemars(range(min = 1))]
     repeat: u64,
-}
-
-fn repeat() -> u64 {
-    10
 }
 
 /// The entry of the table of cameras.

@@ -9,14 +9,14 @@ use super::{ConfigError, DomainFolder};
 use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
-use crate::files::FileRef;
+use crate::files::{FileRef, Folder};
 use crate::hardware::{EXTERNAL, FaultConfig};
 use crate::mismatch::Mismatch;
 use crate::parts::PartChoice;
 use crate::pddl::Name;
 use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
 use crate::planners::PlannerConfig;
-use crate::settings::{Layers, Problem, did_you_mean};
+use crate::settings::{Layers, Origin, Problem, did_you_mean};
 use crate::skills::MotionConfig;
 
 /// A run file: everything that an episode needs to know. `configs/defaults.toml` is the reference of
@@ -226,6 +226,18 @@ impl RunConfig {
             found.extend(fault.mismatch(&format!("fault[{idx}]")));
         }
         found
+    }
+
+    /// Finds and reads the domain: beside the run file, in the working directory, or in the binary.
+    /// One that was set on the command line is looked for in the working directory first.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn domain_folder(&self) -> Result<DomainFolder, ConfigError> {
+        let written = self.layers.as_ref().and_then(|layers| layers.written("domain"));
+        let is_set = written.is_some_and(|written| matches!(written.origin, Origin::Set(_)));
+        let here = Folder::default();
+        DomainFolder::find(&self.domain, if is_set { &here } else { &self.origin.folder })
     }
 
     /// Checks what names something of the domain: the steps that faults wait for.

@@ -39,8 +39,7 @@ fn every_shipped_run_file_loads_with_all_that_it_names() {
             continue; // of another form
         }
         let run = load_run(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
-        let folder =
-            DomainFolder::find(&run.domain, &run.origin.folder).unwrap_or_else(|e| panic!("{e}"));
+        let folder = run.domain_folder().unwrap_or_else(|e| panic!("{e}"));
         let perception = &run.perception;
         if perception.exemplar.folder.is_some() {
             let examples = perception.exemplar.read(&folder, None);

@@ -47,7 +47,7 @@ impl PreparedRun {
     /// # Errors
     /// [`ConfigError`] naming file and line or key.
     pub fn read(config: RunConfig, data: Option<&Path>) -> Result<Self, ConfigError> {
-        let folder = DomainFolder::find(&config.domain, &config.origin.folder)?;
+        let folder = config.domain_folder()?;
         config.check_domain(&folder)?;
         let examples = config.perception.exemplar.read(&folder, data)?;
         let skills = folder.skills.clone().unwrap_or_else(SkillMap::empty);

@@ -14,29 +14,68 @@ use super::tree::{Entry, Tree};
 pub(super) struct Choice {
     /// The key.
     pub(super) key: &'static str,
-    /// The tables.
-    pub(super) tables: &'static [&'static str],
-    /// Below `[options]` of the defaults: where the defaults of the chosen part's options stand.
-    pub(super) role: Option<&'static str>,
+    /// The table with the options of the chosen part.
+    pub(super) options: &'static str,
+    /// Below `[options]` of the defaults: where the defaults of these options stand.
+    pub(super) role: &'static str,
+    /// Other tables.
+    others: &'static [&'static str],
+}
+
+impl Choice {
+    fn tables(&self) -> impl Iterator<Item = &'static str> {
+        self.others.iter().copied().chain([self.options])
+    }
 }
 
 /// Every choice.
 pub(super) const CHOICES: &[Choice] = &[
-    Choice { key: "camera.kind", tables: &["sim", "fault", "camera.options"], role: None },
-    Choice { key: "goal.kind", tables: &["goal.options"], role: Some("goal") },
-    Choice { key: "perception.detector", tables: &["perception.options"], role: Some("detector") },
+    Choice {
+        key: "camera.kind",
+        options: "camera.options",
+        role: "camera",
+        others: &["sim", "fault"],
+    },
+    Choice { key: "goal.kind", options: "goal.options", role: "goal", others: &[] },
+    Choice {
+        key: "perception.detector",
+        options: "perception.options",
+        role: "detector",
+        others: &[],
+    },
     Choice {
         key: "perception.grounder",
-        tables: &["perception.grounder_options"],
-        role: Some("grounder"),
+        options: "perception.grounder_options",
+        role: "grounder",
+        others: &[],
     },
-    Choice { key: "planner.name", tables: &["planner.options"], role: Some("planner") },
+    Choice { key: "planner.name", options: "planner.options", role: "planner", others: &[] },
     Choice {
         key: "robot.kind",
-        tables: &["robot.motion", "robot.self_filter", "robot.options"],
-        role: None,
+        options: "robot.options",
+        role: "robot",
+        others: &["robot.motion", "robot.self_filter"],
     },
 ];
+
+/// Keys of a table of which one group or another is there: a layer that has one of a group takes the
+/// place of the others.
+const EITHER: &[(&str, &[&[&str]])] =
+    &[("perception.exemplar", &[&["folder"], &["image", "boxes", "state", "number"]])];
+
+/// Takes the groups of keys out that a layer above has an alternative for.
+pub(super) fn replace_alternatives(tree: &mut Tree, upper: &Tree) {
+    for (table, groups) in EITHER {
+        let is_there = |key: &&str| upper.get(&format!("{table}.{key}")).is_some();
+        let (above, below): (Vec<&[&str]>, Vec<&[&str]>) =
+            groups.iter().partition(|group| group.iter().any(|key| is_there(key)));
+        if !above.is_empty() {
+            for key in below.concat() {
+                tree.remove(&format!("{table}.{key}"));
+            }
+        }
+    }
+}
 
 /// Tables of kinds that are not chosen at present, by choice, kind and table.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -66,7 +105,7 @@ impl Shelf {
             if before == chosen {
                 continue;
             }
-            for table in choice.tables {
+            for table in choice.tables() {
                 if let Some(entry) = tree.remove(table) {
                     self.keep(choice, &before, table, entry);
                 }

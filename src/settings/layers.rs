@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 use super::check::check;
-use super::choices::{CHOICES, Choice, Shelf};
+use super::choices::{CHOICES, Shelf, replace_alternatives};
 use super::problem::Problem;
 use super::renamed::rename;
 use super::sources::{Origin, Sources, Written};
@@ -65,11 +65,10 @@ impl Layers {
         let options = tree.remove(OPTIONS);
         if let Some(Node::Table(options)) = options.map(|entry| entry.value.into_inner()) {
             for choice in CHOICES {
-                let Some((role, table)) = choice.role.zip(choice.tables.first()) else { continue };
-                let parts = options.get(role).map(|entry| entry.value.get_ref());
+                let parts = options.get(choice.role).map(|entry| entry.value.get_ref());
                 let Some(Node::Table(parts)) = parts else { continue };
                 for (part, entry) in &parts.0 {
-                    shelf.keep(choice, part, table, shared(entry, &options));
+                    shelf.keep(choice, part, choice.options, shared(entry, &options));
                 }
             }
         }
@@ -97,6 +96,7 @@ impl Layers {
     /// Lays a text over what there is.
     pub fn lay(&mut self, layer: Layer) {
         self.shelf.change(&mut self.tree, &layer.0);
+        replace_alternatives(&mut self.tree, &layer.0);
         self.tree.lay(layer.0);
     }
 
@@ -183,9 +183,8 @@ impl Layers {
 
     /// The default options of a part, and nothing else.
     pub(super) fn options_of(mut self, within: &str, part: &str) -> Tree {
-        let is_here = |choice: &&Choice| choice.role.is_some() && choice.tables == [within];
-        let choice = CHOICES.iter().find(is_here);
-        let entry = choice.and_then(|choice| self.shelf.take(choice, part, choice.tables.first()?));
+        let choice = CHOICES.iter().find(|choice| choice.options == within);
+        let entry = choice.and_then(|choice| self.shelf.take(choice, part, choice.options));
         match entry.map(|entry| entry.value.into_inner()) {
             Some(Node::Table(table)) => table,
             Some(_) | None => Tree::default(),

@@ -74,6 +74,17 @@ fn a_kind_that_is_chosen_brings_its_own_tables() {
 }
 
 #[test]
+fn keys_that_stand_for_one_another_are_not_mixed() {
+    let single = "[perception.exemplar]\nimage = \"i\"\nboxes = \"b\"\nstate = \"s\"\nnumber = 1\n";
+    let pooled = layers(&[single], &["perception.exemplar.folder=sim"]);
+    assert_eq!(pooled.plain()["perception"]["exemplar"].as_table().unwrap().len(), 1);
+    let other = layers(&["perception.exemplar.folder = \"sim\"", single], &[]);
+    assert_eq!(other.plain()["perception"]["exemplar"].as_table().unwrap().len(), 4);
+    let number = layers(&[single], &["perception.exemplar.number=2"]);
+    assert_eq!(at(&number, "perception.exemplar.image"), "\"i\" 0.toml:2");
+}
+
+#[test]
 fn old_names_of_keys_are_read_with_a_warning() {
     let old = "[limits]\nlooks_max = 3\n[robot.hull]\nbelow_m = 0.5\n\
                [perception]\ndetector = \"http\"\noptions.patience = { total_ms = 9 }\n";

@@ -92,7 +92,7 @@ mod with_sim {
     fn named(paths: &[PathBuf]) -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
         let read = |path: &PathBuf| {
             let run = load_run(path, &[])?;
-            let folder = DomainFolder::find(&run.domain, &run.origin.folder)?;
+            let folder = run.domain_folder()?;
             Ok((run, folder))
         };
         paths.iter().map(read).collect()
