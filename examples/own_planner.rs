@@ -74,7 +74,9 @@ fn all_steps<'a>(query: &PlanQuery<'a>) -> Vec<(&'a Action, Step)> {
             let fits = |object: &&Typed| query.domain.types.fits(&object.types, &parameter.types);
             let objects: Vec<&Typed> = query.objects.iter().filter(fits).collect();
             let longer = argument_lists.iter().flat_map(|args: &Vec<_>| {
-                objects.iter().map(|object| [args.as_slice(), &[object.name.clone()]].concat())
+                objects
+                    .iter()
+                    .map(|object| [args.as_slice(), std::slice::from_ref(&object.name)].concat())
             });
             argument_lists = longer.collect();
         }

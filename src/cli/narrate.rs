@@ -436,7 +436,7 @@ mod tests {
         for verbose in [false, true] {
             for columns in 43..200 {
                 let (plain, coloured) =
-                    (told(false, verbose, columns), told(true, verbose, columns));
+                    (told([false, verbose], columns), told([true, verbose], columns));
                 assert!(plain.lines().all(|l| measure_text_width(l) <= columns), "{plain}");
                 assert_eq!(console::strip_ansi_codes(&coloured), plain);
             }
