@@ -68,7 +68,7 @@ pub(super) fn replace_alternatives(tree: &mut Tree, upper: &Tree) {
     for (table, groups) in EITHER {
         let is_there = |key: &&str| upper.get(&format!("{table}.{key}")).is_some();
         let (above, below): (Vec<&[&str]>, Vec<&[&str]>) =
-            groups.iter().partition(|group| group.iter().any(|key| is_there(key)));
+            groups.iter().partition(|group| group.iter().any(is_there));
         if !above.is_empty() {
             for key in below.concat() {
                 tree.remove(&format!("{table}.{key}"));
