@@ -32,7 +32,7 @@ use nalgebra::Point3;
 
 /// Nobody listens there.
 const NOWHERE: &str = "url = 'http://127.0.0.1:9'";
-const IMPATIENT: &str = "patience = { attempts_max = 1, connect_ms = 100, total_ms = 200 }";
+const IMPATIENT: &str = "retry = { attempts_max = 1, connect_ms = 100, total_ms = 200 }";
 
 /// The least that makes a part, in a folder with `boxes.json`, `image.png` and the program
 /// `driver`; `None` where this build or machine may lack what the part needs.
