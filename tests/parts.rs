@@ -216,7 +216,7 @@ fn goals() {
         let inputs = || {
             // A photograph of the goal is whatever the text says.
             let read_image = |_: &Path| Err("there is nothing to see".to_owned());
-            let read_image = Some(std::sync::Arc::new(read_image) as _);
+            let read_image = Some(Arc::new(read_image) as _);
             GoalInputs { origin: "goal", text, language, perception, read_image }
         };
         let directory = self::folder();
