@@ -179,7 +179,7 @@ fn named_files(page: &str) -> Vec<String> {
 fn links_and_names_of_files_lead_somewhere() {
     let names: Vec<PathBuf> = rust_files();
     let mut n_named = 0;
-    for page in ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"] {
+    for page in ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"] {
         for name in named_files(&read(&project(page))) {
             let there = project(&name).exists()
                 || project("src").join(&name).exists()
