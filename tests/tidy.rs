@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -204,4 +205,27 @@ fn files_that_pages_tell_people_to_run_are_there() {
             }
         }
     }
+}
+
+/// Names of public types in a Rust text.
+fn public_types(text: &str) -> Vec<&str> {
+    let kinds = ["pub struct ", "pub enum ", "pub trait ", "pub type "];
+    let lines = text.lines().map(str::trim_start);
+    let named = lines.filter_map(|line| kinds.iter().find_map(|kind| line.strip_prefix(kind)));
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    named.map(|rest| rest.split(|c| !is_part(c)).next().unwrap_or_default()).collect()
+}
+
+#[test]
+fn a_public_type_name_means_one_thing() {
+    assert_eq!(public_types("pub struct A<T> {\n  pub enum B {\npub(super) struct C;"), ["A", "B"]);
+    let mut homes: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for path in files_below(&project("src"), "rs") {
+        for name in public_types(&read(&path)) {
+            homes.entry(name.to_owned()).or_default().push(in_project(&path));
+        }
+    }
+    assert!(homes.len() > 100);
+    let shared = homes.iter().filter(|(_, files)| files.len() > 1);
+    none(&shared.map(|(name, files)| format!("{name}: {}", files.join(", "))).collect::<Vec<_>>());
 }

@@ -12,7 +12,7 @@ use crate::perception::detectors::DetectorError;
 use crate::perception::grounders::GrounderError;
 use crate::perception::model::{ExemplarError, PerceptionError};
 use crate::perception::{ImageError, StillError};
-use crate::settings::Problem;
+use crate::settings::SettingsProblem;
 use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
@@ -37,7 +37,7 @@ pub enum ConfigError {
     },
     /// Settings are not usable: every fault, with its place.
     #[error("{}", joined(.0))]
-    Problems(Vec<Problem>),
+    Problems(Vec<SettingsProblem>),
     /// A key has a value that cannot be.
     #[error("{key}: expected {expected}, got {got}")]
     Value {
@@ -92,7 +92,7 @@ impl ConfigError {
             Self::Pddl(error) | Self::Exemplar(ExemplarError::State(error)) => error.render(),
             Self::Goal(error) => error.render(),
             Self::Problems(problems) => {
-                problems.iter().map(Problem::render).collect::<Vec<_>>().join("\n")
+                problems.iter().map(SettingsProblem::render).collect::<Vec<_>>().join("\n")
             }
             Self::File { .. }
             | Self::Toml { .. }
@@ -118,12 +118,12 @@ impl From<StillError> for ConfigError {
     }
 }
 
-fn joined(problems: &[Problem]) -> String {
+fn joined(problems: &[SettingsProblem]) -> String {
     problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-impl From<Vec<Problem>> for ConfigError {
-    fn from(problems: Vec<Problem>) -> Self {
+impl From<Vec<SettingsProblem>> for ConfigError {
+    fn from(problems: Vec<SettingsProblem>) -> Self {
         Self::Problems(problems)
     }
 }

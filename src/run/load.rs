@@ -10,7 +10,7 @@ use super::schema::run_schema;
 use super::{ConfigError, RunConfig};
 use crate::files::FileRef;
 use crate::mismatch::Mismatch;
-use crate::settings::{Form, Layer, Layers, Origin, Problem};
+use crate::settings::{Form, Layer, LayerOrigin, Layers, SettingsProblem};
 
 /// Most files that extend one another.
 const EXTENDS_MAX: usize = 16;
@@ -53,7 +53,7 @@ impl Layered {
         let mut chain: Vec<(FileRef, Layer)> = Vec::new();
         let mut next = Some(file.clone());
         while let Some(file) = next.take() {
-            let layer = layers.parse(Origin::File(file.to_string()), &file.text()?)?;
+            let layer = layers.parse(LayerOrigin::File(file.to_string()), &file.text()?)?;
             if let Some(base) = layer.string("extends") {
                 let fault = |reason: String| {
                     vec![layers.fault_in(&layer, "extends", format!("{base}: {reason}"))]
@@ -108,7 +108,8 @@ impl Layered {
         }
         let value: T = self.layers.read(&file).map_err(|problem| vec![problem])?;
         let located = mismatches(&value).into_iter();
-        let problems: Vec<Problem> = located.map(|m| self.layers.located(m, &file)).collect();
+        let problems: Vec<SettingsProblem> =
+            located.map(|m| self.layers.located(m, &file)).collect();
         if problems.is_empty() { Ok(value) } else { Err(problems.into()) }
     }
 }

@@ -16,7 +16,7 @@ use crate::parts::PartChoice;
 use crate::pddl::Name;
 use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
 use crate::planners::PlannerConfig;
-use crate::settings::{Layers, Origin, Problem, did_you_mean};
+use crate::settings::{LayerOrigin, Layers, SettingsProblem, did_you_mean};
 use crate::skills::MotionConfig;
 
 /// A run file: everything that an episode needs to know. `configs/defaults.toml` is the reference of
@@ -235,7 +235,7 @@ impl RunConfig {
     /// [`ConfigError`] naming the file and line.
     pub fn domain_folder(&self) -> Result<DomainFolder, ConfigError> {
         let written = self.layers.as_ref().and_then(|layers| layers.written("domain"));
-        let is_set = written.is_some_and(|written| matches!(written.origin, Origin::Set(_)));
+        let is_set = written.is_some_and(|written| matches!(written.origin, LayerOrigin::Set(_)));
         let here = Folder::default();
         DomainFolder::find(&self.domain, if is_set { &here } else { &self.origin.folder })
     }
@@ -266,16 +266,17 @@ impl RunConfig {
             let at = format!("fault[{idx}].during");
             Some(self.located(Mismatch::new(at, expected, format!("\"{said}\"{near}"))))
         };
-        let problems: Vec<Problem> = self.fault.iter().enumerate().filter_map(unknown).collect();
+        let problems: Vec<SettingsProblem> =
+            self.fault.iter().enumerate().filter_map(unknown).collect();
         if problems.is_empty() { Ok(()) } else { Err(problems.into()) }
     }
 
     /// A mismatch with the place where its key was written.
-    pub(crate) fn located(&self, mismatch: Mismatch) -> Problem {
+    pub(crate) fn located(&self, mismatch: Mismatch) -> SettingsProblem {
         let file = self.origin.to_string();
         match &self.layers {
             Some(layers) => layers.located(mismatch, &file),
-            None => Problem::of_file(&file, "", mismatch.to_string()),
+            None => SettingsProblem::of_file(&file, "", mismatch.to_string()),
         }
     }
 

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use serde_json::Value as Json;
 
-use super::problem::Problem;
+use super::problem::SettingsProblem;
 use super::sources::Sources;
 use super::spelling::did_you_mean;
 use super::tree::{Node, Tree, Value};
@@ -27,10 +27,10 @@ pub(super) fn check(
     (tree, key): (&Tree, &str),
     sources: &Sources,
     file: &str,
-) -> Vec<Problem> {
+) -> Vec<SettingsProblem> {
     let mut check = Check { schema, sources, file, problems: Vec::new() };
     check.table(resolve(schema, schema), tree, None, key);
-    check.problems.sort_by_key(Problem::order);
+    check.problems.sort_by_key(SettingsProblem::order);
     check.problems
 }
 
@@ -38,12 +38,12 @@ struct Check<'a> {
     schema: &'a Json,
     sources: &'a Sources,
     file: &'a str,
-    problems: Vec<Problem>,
+    problems: Vec<SettingsProblem>,
 }
 
 impl<'a> Check<'a> {
     fn fault(&mut self, span: &Range<usize>, key: &str, message: String) {
-        self.problems.push(Problem::at(self.sources, span, key, message));
+        self.problems.push(SettingsProblem::at(self.sources, span, key, message));
     }
 
     fn value(&mut self, schema: &'a Json, value: &Value, key: &str) {
@@ -143,11 +143,11 @@ impl<'a> Check<'a> {
         let is_written = |span: &&Range<usize>| !self.sources.is_default(span);
         let (plural, list) = (if names.len() == 1 { "" } else { "s" }, names.join(", "));
         let problem = if let Some(span) = span.filter(is_written) {
-            Problem::at(self.sources, span, key, format!("missing key{plural}: {list}"))
+            SettingsProblem::at(self.sources, span, key, format!("missing key{plural}: {list}"))
         } else {
             let list: Vec<String> = names.iter().map(|name| join(key, name)).collect();
             let message = format!("missing key{plural}: {}", list.join(", "));
-            Problem::of_file(self.file, "", message)
+            SettingsProblem::of_file(self.file, "", message)
         };
         self.problems.push(problem);
     }

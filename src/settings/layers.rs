@@ -5,9 +5,9 @@ use serde_json::Value as Json;
 
 use super::check::check;
 use super::choices::{CHOICES, Shelf, replace_alternatives};
-use super::problem::Problem;
+use super::problem::SettingsProblem;
 use super::renamed::rename;
-use super::sources::{Origin, Sources, Written};
+use super::sources::{LayerOrigin, Sources, Written};
 use super::tree::{Entry, Node, Tree, value_of};
 use super::{DEFAULTS, show};
 use crate::mismatch::Mismatch;
@@ -50,7 +50,7 @@ pub struct Layers {
     case: Option<Entry>,
     sources: Sources,
     /// What is odd, such as old names of keys.
-    pub warnings: Vec<Problem>,
+    pub warnings: Vec<SettingsProblem>,
 }
 
 impl Layers {
@@ -58,9 +58,9 @@ impl Layers {
     ///
     /// # Errors
     /// The defaults are no TOML, which a test keeps from happening.
-    pub fn defaults(form: Form) -> Result<Self, Vec<Problem>> {
+    pub fn defaults(form: Form) -> Result<Self, Vec<SettingsProblem>> {
         let mut sources = Sources::default();
-        let mut tree = Tree::parse(&mut sources, Origin::Default, DEFAULTS)?;
+        let mut tree = Tree::parse(&mut sources, LayerOrigin::Default, DEFAULTS)?;
         let mut shelf = Shelf::default();
         let options = tree.remove(OPTIONS);
         if let Some(Node::Table(options)) = options.map(|entry| entry.value.into_inner()) {
@@ -88,7 +88,11 @@ impl Layers {
     ///
     /// # Errors
     /// Every mistake of syntax; keys that are there under two names.
-    pub fn parse(&mut self, origin: Origin, text: &str) -> Result<Layer, Vec<Problem>> {
+    pub fn parse(
+        &mut self,
+        origin: LayerOrigin,
+        text: &str,
+    ) -> Result<Layer, Vec<SettingsProblem>> {
         let mut tree = Tree::parse(&mut self.sources, origin, text)?;
         self.renamed(&mut tree, "").map(|()| Layer(tree))
     }
@@ -121,14 +125,14 @@ impl Layers {
     ///
     /// # Errors
     /// It is no `key=value`.
-    pub fn set(&mut self, set: &str) -> Result<(), Vec<Problem>> {
-        let fault = |why: &str| vec![Problem::of_set(set, why)];
+    pub fn set(&mut self, set: &str) -> Result<(), Vec<SettingsProblem>> {
+        let fault = |why: &str| vec![SettingsProblem::of_set(set, why)];
         let (key, value) = set.split_once('=').ok_or_else(|| fault("expected key=value"))?;
         let trimmed = key.trim();
         if trimmed.split('.').any(|part| part.trim().is_empty()) {
             return Err(fault("empty key"));
         }
-        let start = self.sources.add(Origin::Set(set.to_owned()), set);
+        let start = self.sources.add(LayerOrigin::Set(set.to_owned()), set);
         let blanks = value.len() - value.trim_start().len();
         let value = value_of(value.trim(), start + key.len() + 1 + blanks);
         let mut tree = Tree::default();
@@ -138,7 +142,7 @@ impl Layers {
         Ok(())
     }
 
-    fn renamed(&mut self, tree: &mut Tree, within: &str) -> Result<(), Vec<Problem>> {
+    fn renamed(&mut self, tree: &mut Tree, within: &str) -> Result<(), Vec<SettingsProblem>> {
         let mut problems = Vec::new();
         rename(tree, within, &self.sources, &mut problems);
         let (warnings, errors): (Vec<_>, Vec<_>) =
@@ -149,7 +153,7 @@ impl Layers {
 
     /// Everything that is wrong with the keys and the kinds of values, in the order of the texts.
     /// `file` is named for keys that are missing in tables that no text has.
-    pub fn problems(&self, schema: &Json, file: &str) -> Vec<Problem> {
+    pub fn problems(&self, schema: &Json, file: &str) -> Vec<SettingsProblem> {
         check(schema, (&self.tree, ""), &self.sources, file)
     }
 
@@ -157,7 +161,7 @@ impl Layers {
     ///
     /// # Errors
     /// The first value that the type does not take, at its place.
-    pub fn read<T: DeserializeOwned>(&self, file: &str) -> Result<T, Problem> {
+    pub fn read<T: DeserializeOwned>(&self, file: &str) -> Result<T, SettingsProblem> {
         serde_path_to_error::deserialize(self.tree.plain()).map_err(|error| {
             let path = error.path().to_string();
             let message = error.into_inner().message().to_owned();
@@ -167,16 +171,16 @@ impl Layers {
 
     /// A problem with a key, at the place of its value, or of the nearest table above it; else in
     /// `file`.
-    pub fn fault(&self, key: &str, message: impl Into<String>, file: &str) -> Problem {
+    pub fn fault(&self, key: &str, message: impl Into<String>, file: &str) -> SettingsProblem {
         let mut at = key;
         loop {
             let span = self.tree.span_of(at);
             if let Some(span) = span.filter(|span| !self.sources.is_default(span)) {
-                return Problem::at(&self.sources, &span, key, message);
+                return SettingsProblem::at(&self.sources, &span, key, message);
             }
             match at.rsplit_once('.') {
                 Some((above, _)) => at = above,
-                None => return Problem::of_file(file, key, message),
+                None => return SettingsProblem::of_file(file, key, message),
             }
         }
     }
@@ -192,7 +196,7 @@ impl Layers {
     }
 
     /// A mismatch at the place of its key.
-    pub fn located(&self, Mismatch { at, expected, got }: Mismatch, file: &str) -> Problem {
+    pub fn located(&self, Mismatch { at, expected, got }: Mismatch, file: &str) -> SettingsProblem {
         self.fault(&at, format!("expected {expected}, got {got}"), file)
     }
 
@@ -211,9 +215,14 @@ impl Layers {
     }
 
     /// A problem with a key of a layer that is not laid yet.
-    pub fn fault_in(&self, layer: &Layer, key: &str, message: impl Into<String>) -> Problem {
+    pub fn fault_in(
+        &self,
+        layer: &Layer,
+        key: &str,
+        message: impl Into<String>,
+    ) -> SettingsProblem {
         let span = layer.0.span_of(key).unwrap_or_default();
-        Problem::at(&self.sources, &span, key, message)
+        SettingsProblem::at(&self.sources, &span, key, message)
     }
 
     /// Where a key was written.

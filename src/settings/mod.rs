@@ -25,8 +25,8 @@ mod tree;
 
 pub use layers::{Form, Layer, Layers};
 pub use options::{default_options, options_file, read_options};
-pub use problem::Problem;
-pub use sources::{Origin, Written};
+pub use problem::SettingsProblem;
+pub use sources::{LayerOrigin, Written};
 pub use spelling::did_you_mean;
 
 /// `configs/defaults.toml`: the reference of every key, and the only place where a default stands.

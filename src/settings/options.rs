@@ -6,9 +6,9 @@ use toml::Spanned;
 
 use super::check::check;
 use super::layers::{Form, Layers};
-use super::problem::Problem;
+use super::problem::SettingsProblem;
 use super::renamed::rename;
-use super::sources::{Origin, Sources};
+use super::sources::{LayerOrigin, Sources};
 use super::tree::{Entry, Node, Tree};
 
 /// The schema of a part's options.
@@ -24,9 +24,9 @@ pub fn options_file(
     (within, part, schema): (&str, &str, OptionsSchema),
     file: &str,
     text: &str,
-) -> Result<toml::Table, Vec<Problem>> {
+) -> Result<toml::Table, Vec<SettingsProblem>> {
     let mut sources = Sources::default();
-    let tree = Tree::parse(&mut sources, Origin::File(file.to_owned()), text)?;
+    let tree = Tree::parse(&mut sources, LayerOrigin::File(file.to_owned()), text)?;
     laid((within, part), tree, &mut sources, &schema_of(schema), file)
 }
 
@@ -43,7 +43,7 @@ pub fn read_options<T: DeserializeOwned + JsonSchema>(
     let given = plain_tree(given);
     let schema = schema_of(SchemaGenerator::subschema_for::<T>);
     let table = laid((within, part), given, &mut sources, &schema, "").map_err(|problems| {
-        let said = problems.iter().map(Problem::keyed);
+        let said = problems.iter().map(SettingsProblem::keyed);
         said.collect::<Vec<_>>().join("; ")
     })?;
     serde_path_to_error::deserialize(table).map_err(|error| {
@@ -74,7 +74,7 @@ fn laid(
     sources: &mut Sources,
     schema: &serde_json::Value,
     file: &str,
-) -> Result<toml::Table, Vec<Problem>> {
+) -> Result<toml::Table, Vec<SettingsProblem>> {
     let mut problems = Vec::new();
     rename(&mut tree, &format!("{within}."), sources, &mut problems);
     for warning in problems.iter().filter(|problem| problem.is_warning) {

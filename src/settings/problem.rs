@@ -8,7 +8,7 @@ use crate::pddl::SourcePosition;
 
 /// One thing that is wrong, or odd, with a setting.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Problem {
+pub struct SettingsProblem {
     /// The dotted key; empty where a whole file is meant.
     pub key: String,
     /// What is wrong, without key and place.
@@ -33,7 +33,7 @@ enum At {
     Nowhere,
 }
 
-impl Problem {
+impl SettingsProblem {
     /// A problem with what stands at a span.
     pub(super) fn at(
         sources: &Sources,
@@ -100,7 +100,7 @@ impl Problem {
     }
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for SettingsProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let level = if self.is_warning { "warning" } else { "error" };
         match &self.at {

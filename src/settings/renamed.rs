@@ -2,7 +2,7 @@
 
 use toml::Spanned;
 
-use super::problem::Problem;
+use super::problem::SettingsProblem;
 use super::sources::Sources;
 use super::tree::{Entry, Node, Tree, Value};
 
@@ -47,7 +47,7 @@ pub(super) fn rename(
     tree: &mut Tree,
     within: &str,
     sources: &Sources,
-    problems: &mut Vec<Problem>,
+    problems: &mut Vec<SettingsProblem>,
 ) {
     let here = |key: &'static str| key.strip_prefix(within);
     for Renamed { old, new, value } in RENAMED {
@@ -55,19 +55,19 @@ pub(super) fn rename(
         let Some(Entry { key, value: found }) = tree.remove(old_here) else { continue };
         if tree.get(new_here).is_some() {
             let message = format!("this is the old name of {new}, which is here too");
-            problems.push(Problem::at(sources, &key, old, message));
+            problems.push(SettingsProblem::at(sources, &key, old, message));
             continue;
         }
         let Some(node) = value(found.get_ref()) else {
             let message = format!("expected true or false (its new name is {new})");
-            problems.push(Problem::at(sources, &found.span(), old, message));
+            problems.push(SettingsProblem::at(sources, &found.span(), old, message));
             continue;
         };
         let message = match shown(&node) {
             Some(text) if node != *found.get_ref() => format!("renamed: write {new} = {text}"),
             Some(_) | None => format!("renamed: write {new}"),
         };
-        problems.push(Problem::at(sources, &key, old, message).warning());
+        problems.push(SettingsProblem::at(sources, &key, old, message).warning());
         let value: Value = Spanned::new(found.span(), node);
         tree.insert(new_here, Entry { key, value });
     }

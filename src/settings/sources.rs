@@ -7,7 +7,7 @@ use crate::pddl::{SourcePosition, SourceText, Span};
 
 /// What a setting was written in.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Origin {
+pub enum LayerOrigin {
     /// `configs/defaults.toml`, as the binary carries it.
     Default,
     /// A file, as it is shown to people.
@@ -20,7 +20,7 @@ pub enum Origin {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The text.
-    pub origin: Origin,
+    pub origin: LayerOrigin,
     /// Line, from 1.
     pub line: usize,
 }
@@ -29,17 +29,17 @@ impl Written {
     /// One word for the origin.
     pub fn kind(&self) -> &'static str {
         match self.origin {
-            Origin::Default => "default",
-            Origin::File(_) => "file",
-            Origin::Set(_) => "set",
+            LayerOrigin::Default => "default",
+            LayerOrigin::File(_) => "file",
+            LayerOrigin::Set(_) => "set",
         }
     }
 
     /// The file, and the line in it.
     pub fn in_file(&self) -> Option<(&str, usize)> {
         match &self.origin {
-            Origin::File(name) => Some((name, self.line)),
-            Origin::Default | Origin::Set(_) => None,
+            LayerOrigin::File(name) => Some((name, self.line)),
+            LayerOrigin::Default | LayerOrigin::Set(_) => None,
         }
     }
 }
@@ -47,9 +47,9 @@ impl Written {
 impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.origin {
-            Origin::Default => f.write_str("default"),
-            Origin::File(name) => write!(f, "{name}:{}", self.line),
-            Origin::Set(_) => f.write_str("--set"),
+            LayerOrigin::Default => f.write_str("default"),
+            LayerOrigin::File(name) => write!(f, "{name}:{}", self.line),
+            LayerOrigin::Set(_) => f.write_str("--set"),
         }
     }
 }
@@ -62,19 +62,19 @@ pub(crate) struct Sources(Vec<Source>);
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Source {
     start: usize,
-    origin: Origin,
+    origin: LayerOrigin,
     text: SourceText,
 }
 
 impl Sources {
     /// Takes a text in and says where it starts.
-    pub(super) fn add(&mut self, origin: Origin, text: &str) -> usize {
+    pub(super) fn add(&mut self, origin: LayerOrigin, text: &str) -> usize {
         // One byte lies between texts, so that the end of one is not the start of the next.
         let start = self.0.last().map_or(0, |last| last.start + last.text.text.len() + 1);
         let name = match &origin {
-            Origin::Default => super::DEFAULTS_NAME.to_owned(),
-            Origin::File(name) => name.clone(),
-            Origin::Set(set) => format!("--set {set}"),
+            LayerOrigin::Default => super::DEFAULTS_NAME.to_owned(),
+            LayerOrigin::File(name) => name.clone(),
+            LayerOrigin::Set(set) => format!("--set {set}"),
         };
         self.0.push(Source { start, origin, text: SourceText::new(name, text) });
         start
@@ -95,12 +95,12 @@ impl Sources {
 
     /// Whether a span lies in a `--set`.
     pub(super) fn is_set(&self, span: &Range<usize>) -> bool {
-        self.of(span).is_some_and(|(source, _)| matches!(source.origin, Origin::Set(_)))
+        self.of(span).is_some_and(|(source, _)| matches!(source.origin, LayerOrigin::Set(_)))
     }
 
     /// Whether a span lies in the defaults.
     pub(super) fn is_default(&self, span: &Range<usize>) -> bool {
-        self.of(span).is_some_and(|(source, _)| source.origin == Origin::Default)
+        self.of(span).is_some_and(|(source, _)| source.origin == LayerOrigin::Default)
     }
 
     /// Line, column and text of a span.

@@ -8,7 +8,7 @@ use super::tree::Tree;
 use super::*;
 
 fn tree(text: &str) -> Tree {
-    Tree::parse(&mut Sources::default(), Origin::Default, text).unwrap()
+    Tree::parse(&mut Sources::default(), LayerOrigin::Default, text).unwrap()
 }
 
 fn laid(under: &Tree, over: &Tree) -> Tree {
@@ -21,7 +21,7 @@ fn laid(under: &Tree, over: &Tree) -> Tree {
 fn layers(texts: &[&str], sets: &[&str]) -> Layers {
     let mut layers = Layers::defaults(Form::Run).unwrap();
     for (idx, text) in texts.iter().enumerate() {
-        let layer = layers.parse(Origin::File(format!("{idx}.toml")), text).unwrap();
+        let layer = layers.parse(LayerOrigin::File(format!("{idx}.toml")), text).unwrap();
         layers.lay(layer);
     }
     for set in sets {
@@ -104,7 +104,7 @@ fn old_names_of_keys_are_read_with_a_warning() {
     "#);
     let both = "limits = { looks_max = 3, observations_max = 4 }";
     let mut other = Layers::defaults(Form::Run).unwrap();
-    let error = other.parse(Origin::File("x.toml".to_owned()), both).unwrap_err();
+    let error = other.parse(LayerOrigin::File("x.toml".to_owned()), both).unwrap_err();
     assert_eq!(
         error[0].message,
         "this is the old name of limits.observations_max, which is here too"
@@ -131,7 +131,7 @@ fn options_of_a_part_are_checked_with_their_keys() {
     let file = "tokens_max = 5_000_000_000\npatience = 2\n";
     let schema = schemars::SchemaGenerator::subschema_for::<Options>;
     let problems = options_file(("goal.options", "oracle", schema), "o.toml", file).unwrap_err();
-    let said: Vec<String> = problems.iter().map(Problem::render).collect();
+    let said: Vec<String> = problems.iter().map(SettingsProblem::render).collect();
     insta::assert_snapshot!(said.join("\n"), @r"
     o.toml: error: missing key: goal.options.url
     o.toml:1:14: error: goal.options.tokens_max: expected an integer, 0 or more, got 5_000_000_000
@@ -181,9 +181,9 @@ fn all_faults_are_found_at_once() {
     });
     let text = "a = 0\nbb = 'x'\nc = 'rde'\nd = [{ kind = 'x', m = 1 }, { kind = 'z' }, {}, 3]\n";
     let mut sources = Sources::default();
-    let tree = Tree::parse(&mut sources, Origin::File("f.toml".to_owned()), text).unwrap();
+    let tree = Tree::parse(&mut sources, LayerOrigin::File("f.toml".to_owned()), text).unwrap();
     let problems = check::check(&schema, (&tree, ""), &sources, "f.toml");
-    let said: Vec<String> = problems.iter().map(Problem::render).collect();
+    let said: Vec<String> = problems.iter().map(SettingsProblem::render).collect();
     insta::assert_snapshot!(said.join("\n"), @r#"
     f.toml: error: missing key: b
     f.toml:1:5: error: a: expected an integer, 1 or more, got 0
@@ -290,7 +290,7 @@ proptest! {
     #[test]
     fn no_text_is_a_panic(text in "\\PC*") {
         let mut layers = Layers::defaults(Form::Run).unwrap();
-        let file = Origin::File("f.toml".to_owned());
+        let file = LayerOrigin::File("f.toml".to_owned());
         if let Ok(layer) = layers.parse(file, &text) {
             layers.lay(layer);
         }

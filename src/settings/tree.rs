@@ -7,8 +7,8 @@ use serde::Deserialize as _;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::problem::Problem;
-use super::sources::{Origin, Sources};
+use super::problem::SettingsProblem;
+use super::sources::{LayerOrigin, Sources};
 
 /// A value with its span in all sources.
 pub(crate) type Value = Spanned<Node>;
@@ -50,16 +50,16 @@ impl Tree {
     /// Every mistake of syntax, with its place.
     pub(crate) fn parse(
         sources: &mut Sources,
-        origin: Origin,
+        origin: LayerOrigin,
         text: &str,
-    ) -> Result<Self, Vec<Problem>> {
+    ) -> Result<Self, Vec<SettingsProblem>> {
         let start = sources.add(origin, text);
         let (table, errors) = DeTable::parse_recoverable(text);
-        let mut problems: Vec<Problem> = Vec::new();
+        let mut problems: Vec<SettingsProblem> = Vec::new();
         let mut fault = |error: &toml::de::Error| {
             let span = error.span().unwrap_or(0..0);
             let message = error.message().trim_end().replace('\n', ", ");
-            problems.push(Problem::at(sources, &moved(span, start), "", message));
+            problems.push(SettingsProblem::at(sources, &moved(span, start), "", message));
         };
         errors.iter().for_each(&mut fault);
         let tree = table_of(table.into_inner(), start, &mut fault);
