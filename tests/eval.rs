@@ -278,7 +278,7 @@ fn goals_that_cannot_be_read_are_failures_of_the_goal() {
         ("(:goal (over blue_block red_block))", "over"),
         ("(:goal (on blue_block))", "on"),
         ("(:goal (on blue_block mauve_block))", "mauve_block"),
-        ("(:goal (and (on blue_block red_block) (on red_block blue_block)))", "no plan"),
+        ("(:goal (and (on blue_block red_block) (on red_block blue_block)))", "unsolvable"),
         ("(:goal (on blue_block green_block))", "(on blue_block red_block) does not hold"),
     ] {
         checkout.write(stub, goal);

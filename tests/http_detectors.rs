@@ -340,7 +340,7 @@ fn nobodys_port() -> u16 {
 #[test]
 fn options_that_make_no_sense_are_named() {
     for (options, expect) in [
-        ("", "perception.options: missing key: dialect"),
+        ("", "missing key: perception.options.dialect"),
         ("dialect = \"telepathy\"", "or \"roboflow\", got \"telepathy\""),
         (
             "dialect = \"dino_x\"\nscor_min = 1",

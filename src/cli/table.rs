@@ -67,7 +67,11 @@ mod tests {
            7  reached          25.7  062237fb67b6
         ");
         assert_eq!(text(seeds(), Some(100)), text(seeds(), None));
-        insta::assert_snapshot!(text(seeds(), Some(40)), @"");
+        insta::assert_snapshot!(text(seeds(), Some(40)), @r"
+        seed  verdict  run time   decision
+                       (s)        hash
+           7  reached       25.7  062237fb67b6
+        ");
         assert!(text(seeds(), Some(1)).contains("062237fb67b6"));
     }
 }

@@ -73,6 +73,14 @@ impl<T: Role + ?Sized> Registry<T> {
             let message = format!("{}.{key}: the {kind} \"{name}\" has no options", T::OPTIONS);
             return Err(PartError::Options { file: file.clone(), message });
         }
-        (part.build)(context)
+        let built = (part.build)(context)?;
+        // What reads no options by itself, such as a skill, has its keys checked here.
+        let known: Vec<String> = part.described().into_iter().map(|option| option.name).collect();
+        if let Some(key) = options.keys().find(|key| !known.contains(key)) {
+            let expected = known.join(", ");
+            let message = format!("{}.{key}: unknown key, expected {expected}", T::OPTIONS);
+            return Err(PartError::Options { file: file.clone(), message });
+        }
+        Ok(built)
     }
 }
