@@ -46,7 +46,7 @@ pub fn plan_text(domain: &str, problem: &str) -> Result<PlanAnswer, PddlError> {
 /// ```
 /// let image = "domains/blocksworld/exemplar/sim_320x240/a_tower_and_singles.png";
 /// let facts = groundloop::read_image("blocksworld", "sim_320x240", image.as_ref())?;
-/// assert!(facts.known.iter().any(|atom| atom.to_string() == "(on red_block blue_block)"));
+/// assert!(facts.known.iter().any(|atom| atom.to_string() == "(on blue_block red_block)"));
 /// # Ok::<(), groundloop::run::ConfigError>(())
 /// ```
 ///
