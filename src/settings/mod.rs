@@ -1,7 +1,7 @@
 //! Settings in layers: TOML texts laid over one another, with the place of every value.
 //!
 //! `configs/defaults.toml` < files < `--set`. Tables merge key by key, everything else is replaced as
-//! a whole. Every text is parsed into a tree that keeps spans ([`tree`]), so that what is wrong with
+//! a whole. Every text is parsed into a tree that keeps spans (`tree.rs`), so that what is wrong with
 //! a merged value is told at the line that holds it, and `groundloop config show` can say where each
 //! value comes from.
 //!
