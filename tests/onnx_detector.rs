@@ -33,7 +33,12 @@ fn what_is_missing_is_told() {
         assert!(error.to_string().contains("cargo build --features onnx"), "{error}");
         let args = ["run", "configs/photo_blocksworld.toml", "--set", "perception.detector=onnx"];
         let example = ["--set", "perception.exemplar={folder=\"sim_640x480\"}"];
-        let ended = common::Process::start(&[args.as_slice(), &example].concat()).end();
+        let files = [
+            ["--set", "perception.options.model=tiny.onnx"],
+            ["--set", "perception.options.description=tiny.toml"],
+        ];
+        let args = [args.as_slice(), &example, files.as_flattened()].concat();
+        let ended = common::Process::start(&args).end();
         assert_eq!(ended.status.code(), Some(5), "{}", ended.stderr);
         println!("skipped: a model that runs: cargo test --features onnx --test onnx_detector");
     }
