@@ -69,3 +69,11 @@ fn what_a_schema_does_not_allow_is_refused() {
         assert!(refused.is_err(), "{bad}");
     }
 }
+
+/// Schemas are those of a version: the program tells it.
+#[test]
+fn the_version_is_told() {
+    let output = cargo_bin_cmd!("groundloop").arg("--version").output().unwrap();
+    let expected = format!("groundloop {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
+}

@@ -23,7 +23,7 @@ const LINES_MAX: usize = 500;
 
 /// Longer files, with the most lines that they may have, and why they are not two.
 const LONGER: &[(&str, usize, &str)] =
-    &[("tests/cli.rs", 660, "the program's whole face: one test per thing that it says")];
+    &[("tests/cli.rs", 650, "the program's whole face: one test per thing that it says")];
 
 /// Folders with Rust code.
 const CODE: &[&str] = &["benches", "examples", "sim", "src", "tests"];
