@@ -1,9 +1,15 @@
-//! `groundloop exemplar`: labelled examples of a simulated camera.
+//! `groundloop exemplar render`: labelled examples of a simulated camera.
 
 use std::path::PathBuf;
 
 use super::{Failure, out};
 use crate::run::load_run;
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Verb {
+    /// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there
+    Render(Args),
+}
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -17,9 +23,14 @@ pub(super) struct Args {
     folder: String,
 }
 
-/// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there.
+pub(super) fn run(verb: &Verb) -> Result<u8, Failure> {
+    match verb {
+        Verb::Render(args) => render(args),
+    }
+}
+
 #[cfg(feature = "sim")]
-pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+fn render(args: &Args) -> Result<u8, Failure> {
     use crate::hardware::sim::label_scenes;
     use crate::run::ConfigError;
 
@@ -51,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 
 /// Without the simulator there is nothing to render.
 #[cfg(not(feature = "sim"))]
-pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+fn render(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
     config.domain_folder()?;
     out::note(&format!("{} is not written", args.folder));

@@ -80,8 +80,9 @@ enum Verb {
     Ground(ground::Args),
     /// Show what a goal is read as.
     Goal(goal::Args),
-    /// Render and label the examples of a simulated camera.
-    Exemplar(exemplar::Args),
+    /// Make labelled examples.
+    #[command(subcommand)]
+    Exemplar(exemplar::Verb),
     /// List detectors, planners and all other parts, with their options.
     Parts(parts::Args),
     /// Measure on data sets.
@@ -105,7 +106,7 @@ pub fn main() -> ExitCode {
         Verb::Validate(args) => validate::run(&args),
         Verb::Ground(args) => ground::run(&args),
         Verb::Goal(args) => goal::run(&args),
-        Verb::Exemplar(args) => exemplar::run(&args),
+        Verb::Exemplar(verb) => exemplar::run(&verb),
         Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),

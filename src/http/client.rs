@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 
 use super::request::redacted;
 use super::retry::{self, Fault};
-use super::{Header, Method, Patience, Reply, Request, WebError, shown_url};
+use super::{Header, Method, RetryPolicy, Reply, Request, WebError, shown_url};
 use crate::clock::monotonic_ns;
 
 /// Most requests that wait for the client's thread; further ones are refused.
@@ -40,18 +40,18 @@ impl Client {
     ///
     /// # Errors
     /// [`WebError::Client`] when the system gives no thread or socket.
-    pub fn new(patience: &Patience) -> Result<Self, WebError> {
+    pub fn new(policy: &RetryPolicy) -> Result<Self, WebError> {
         let broken = |reason: String| WebError::Client { reason };
-        let inner = reqwest_client(patience)?;
+        let inner = reqwest_client(policy)?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(|e| broken(e.to_string()))?;
         let (jobs, mut waiting) = mpsc::channel::<Job>(REQUESTS_MAX);
-        let patience = patience.clone();
+        let policy = policy.clone();
         let work = async move {
             while let Some(job) = waiting.recv().await {
-                tokio::spawn(carry_out(inner.clone(), patience.clone(), job));
+                tokio::spawn(carry_out(inner.clone(), policy.clone(), job));
             }
         };
         std::thread::Builder::new()
@@ -85,7 +85,7 @@ impl Client {
 }
 
 /// The client of the library underneath.
-fn reqwest_client(patience: &Patience) -> Result<reqwest::Client, WebError> {
+fn reqwest_client(policy: &RetryPolicy) -> Result<reqwest::Client, WebError> {
     if rustls::crypto::ring::default_provider().install_default().is_err() {
         tracing::trace!("the process has a cryptography provider already");
     }
@@ -94,8 +94,8 @@ fn reqwest_client(patience: &Patience) -> Result<reqwest::Client, WebError> {
             .no_proxy()
             .redirect(Policy::none())
             .retry(reqwest::retry::never())
-            .connect_timeout(Duration::from_millis(patience.connect_ms))
-            .read_timeout(Duration::from_millis(patience.read_ms))
+            .connect_timeout(Duration::from_millis(policy.connect_ms))
+            .read_timeout(Duration::from_millis(policy.read_ms))
             .user_agent(concat!("groundloop/", env!("CARGO_PKG_VERSION")))
     };
     // A machine without certificates can still talk to its own servers without TLS.
@@ -147,8 +147,8 @@ fn header_of(header: &Header) -> Option<(HeaderName, HeaderValue)> {
     Some((name, value))
 }
 
-async fn carry_out(client: reqwest::Client, patience: Patience, job: Job) {
-    let result = within_deadline(&client, &patience, &job).await;
+async fn carry_out(client: reqwest::Client, policy: RetryPolicy, job: Job) {
+    let result = within_deadline(&client, &policy, &job).await;
     if job.answer.send(result).is_err() {
         tracing::debug!("nobody waits for this reply any more");
     }
@@ -157,13 +157,13 @@ async fn carry_out(client: reqwest::Client, patience: Patience, job: Job) {
 /// All attempts, cut off at the deadline.
 async fn within_deadline(
     client: &reqwest::Client,
-    patience: &Patience,
+    policy: &RetryPolicy,
     job: &Job,
 ) -> Result<Reply, WebError> {
     let mut progress = Progress { attempts: 0, last: "the first attempt".to_owned() };
-    let total = Duration::from_millis(patience.total_ms);
-    let done = tokio::time::timeout(total, attempts(client, patience, job, &mut progress)).await;
-    done.unwrap_or_else(|_elapsed| Err(progress.deadline(patience, &job.url)))
+    let total = Duration::from_millis(policy.total_ms);
+    let done = tokio::time::timeout(total, attempts(client, policy, job, &mut progress)).await;
+    done.unwrap_or_else(|_elapsed| Err(progress.deadline(policy, &job.url)))
 }
 
 /// How far a request has got.
@@ -174,10 +174,10 @@ struct Progress {
 }
 
 impl Progress {
-    fn deadline(&self, patience: &Patience, url: &str) -> WebError {
+    fn deadline(&self, policy: &RetryPolicy, url: &str) -> WebError {
         WebError::Deadline {
             url: url.to_owned(),
-            total_ms: patience.total_ms,
+            total_ms: policy.total_ms,
             attempts: self.attempts,
             last: self.last.clone(),
         }
@@ -186,7 +186,7 @@ impl Progress {
 
 async fn attempts(
     client: &reqwest::Client,
-    patience: &Patience,
+    policy: &RetryPolicy,
     job: &Job,
     progress: &mut Progress,
 ) -> Result<Reply, WebError> {
@@ -195,28 +195,28 @@ async fn attempts(
     loop {
         progress.attempts += 1;
         tracing::debug!(url = job.url, attempt = progress.attempts, "asking");
-        let fault = match attempt(client, patience, job).await {
+        let fault = match attempt(client, policy, job).await {
             Ok(reply) => return Ok(reply),
             Err(fault) => fault,
         };
         if matches!(fault, Fault::Status { status: 500..=502 | 504.., .. }) {
             n_server_faults += 1;
         }
-        let error = told(&fault, patience, job, progress.attempts);
-        let pause = retry::pause_ms(patience, &fault, progress.attempts, n_server_faults);
+        let error = told(&fault, policy, job, progress.attempts);
+        let pause = retry::pause_ms(policy, &fault, progress.attempts, n_server_faults);
         let Some(pause_ms) = pause else { return Err(error) };
         progress.last = format!("attempt {} ended with: {error}", progress.attempts);
         tracing::debug!(%error, pause_ms, "another attempt");
         let elapsed_ms = (monotonic_ns() - started_ns) / 1_000_000;
-        if elapsed_ms.saturating_add(pause_ms) >= patience.total_ms {
+        if elapsed_ms.saturating_add(pause_ms) >= policy.total_ms {
             // Waiting could not help any more.
-            return Err(progress.deadline(patience, &job.url));
+            return Err(progress.deadline(policy, &job.url));
         }
         tokio::time::sleep(Duration::from_millis(pause_ms)).await;
     }
 }
 
-async fn attempt(client: &reqwest::Client, patience: &Patience, job: &Job) -> Result<Reply, Fault> {
+async fn attempt(client: &reqwest::Client, policy: &RetryPolicy, job: &Job) -> Result<Reply, Fault> {
     let broken = |e: reqwest::Error| {
         // A connection that does not open in time is as good as none.
         if e.is_timeout() && !e.is_connect() {
@@ -233,7 +233,7 @@ async fn attempt(client: &reqwest::Client, patience: &Patience, job: &Job) -> Re
     let retry_after_ms = retry_after_of(response.headers());
     let mut bytes: Vec<u8> = Vec::new();
     while let Some(chunk) = response.chunk().await.map_err(broken)? {
-        if bytes.len() + chunk.len() > patience.reply_bytes_max {
+        if bytes.len() + chunk.len() > policy.reply_bytes_max {
             return Err(Fault::TooLong);
         }
         bytes.extend_from_slice(&chunk);
@@ -281,16 +281,16 @@ fn shown(text: &str, secrets: &[String]) -> String {
     line.chars().take(MESSAGE_CHARS_MAX).chain(['…']).collect()
 }
 
-fn told(fault: &Fault, patience: &Patience, job: &Job, attempts: u32) -> WebError {
+fn told(fault: &Fault, policy: &RetryPolicy, job: &Job, attempts: u32) -> WebError {
     let url = job.url.clone();
     match fault.clone() {
         Fault::Broken { reason } => WebError::NoConnection { url, attempts, reason },
-        Fault::Silent => WebError::Silent { url, attempts, read_ms: patience.read_ms },
+        Fault::Silent => WebError::Silent { url, attempts, read_ms: policy.read_ms },
         Fault::Status { status, message, .. } => {
             WebError::Status { url, status, attempts, message }
         }
         Fault::NotJson { reason, message } => WebError::NotJson { url, reason, message },
-        Fault::TooLong => WebError::TooLong { url, bytes_max: patience.reply_bytes_max },
+        Fault::TooLong => WebError::TooLong { url, bytes_max: policy.reply_bytes_max },
     }
 }
 

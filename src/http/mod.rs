@@ -4,7 +4,7 @@
 //! thread of the client's own. Which failures are worth another attempt is `retry.rs`. What is
 //! secret (keys in headers, bodies or queries) appears in no message and no `Debug` output.
 
-mod patience;
+mod retry_policy;
 mod request;
 mod error;
 mod retry;
@@ -16,5 +16,5 @@ mod tests;
 
 pub use client::Client;
 pub use error::WebError;
-pub use patience::Patience;
+pub use retry_policy::RetryPolicy;
 pub use request::{Header, Method, Reply, Request, shown_url};

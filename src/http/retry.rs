@@ -5,7 +5,7 @@
 //! a vision model answers a picture with 500), so they are tried twice more only. Any other status
 //! says that the request is wrong: never again.
 
-use super::Patience;
+use super::RetryPolicy;
 
 /// Most further attempts after a 5xx other than 503.
 pub(super) const SERVER_FAULT_RETRIES_MAX: u32 = 2;
@@ -28,15 +28,15 @@ pub(super) enum Fault {
 /// The pause before the next attempt, milliseconds; `None` when there is none to be made.
 /// `attempts` have been made, `n_server_faults` of them ended with a 5xx other than 503.
 pub(super) fn pause_ms(
-    patience: &Patience,
+    policy: &RetryPolicy,
     fault: &Fault,
     attempts: u32,
     n_server_faults: u32,
 ) -> Option<u64> {
-    if attempts >= patience.attempts_max {
+    if attempts >= policy.attempts_max {
         return None;
     }
-    let backoff_ms = backoff_ms(patience, attempts);
+    let backoff_ms = backoff_ms(policy, attempts);
     match fault {
         Fault::Broken { .. } | Fault::Silent => Some(backoff_ms),
         Fault::Status { status: 429 | 503, retry_after_ms, .. } => {
@@ -50,11 +50,11 @@ pub(super) fn pause_ms(
 }
 
 /// Doubles with each attempt; between half of that and all of it.
-fn backoff_ms(patience: &Patience, attempts: u32) -> u64 {
+fn backoff_ms(policy: &RetryPolicy, attempts: u32) -> u64 {
     let doublings = attempts.saturating_sub(1).min(32);
-    let full = patience.backoff_ms_min.saturating_mul(1 << doublings).min(patience.backoff_ms_max);
+    let full = policy.backoff_ms_min.saturating_mul(1 << doublings).min(policy.backoff_ms_max);
     let half = full / 2;
-    half + mix(patience.jitter_seed ^ u64::from(attempts)) % (full - half + 1)
+    half + mix(policy.jitter_seed ^ u64::from(attempts)) % (full - half + 1)
 }
 
 /// A well mixed number of another (splitmix64, public domain).
@@ -88,26 +88,26 @@ mod tests {
 
     #[test]
     fn what_may_pass_is_tried_again_and_nothing_else() {
-        let patience = Patience::default();
-        let again = |fault: &Fault| pause_ms(&patience, fault, 1, 1).is_some();
+        let policy = RetryPolicy::default();
+        let again = |fault: &Fault| pause_ms(&policy, fault, 1, 1).is_some();
         for fault in [Fault::Silent, status(429, None), status(503, None), status(500, None)] {
             assert!(again(&fault), "{fault:?}");
-            assert_eq!(pause_ms(&patience, &fault, patience.attempts_max, 1), None);
+            assert_eq!(pause_ms(&policy, &fault, policy.attempts_max, 1), None);
         }
         for code in [301, 400, 401, 403, 404, 422] {
             assert!(!again(&status(code, None)), "{code}");
         }
         assert!(!again(&Fault::TooLong));
-        assert_eq!(pause_ms(&patience, &status(502, None), 3, 3), None, "a third 5xx is the last");
-        assert!(pause_ms(&patience, &status(503, None), 3, 0).is_some());
-        assert_eq!(pause_ms(&patience, &status(429, Some(7000)), 1, 0), Some(7000));
+        assert_eq!(pause_ms(&policy, &status(502, None), 3, 3), None, "a third 5xx is the last");
+        assert!(pause_ms(&policy, &status(503, None), 3, 0).is_some());
+        assert_eq!(pause_ms(&policy, &status(429, Some(7000)), 1, 0), Some(7000));
     }
 
     #[test]
     fn pauses_grow_to_their_bound_and_depend_on_the_seed() {
         let of_seed = |jitter_seed: u64| {
-            let patience = Patience { jitter_seed, ..Patience::default() };
-            (1..40).map(|attempts| backoff_ms(&patience, attempts)).collect::<Vec<_>>()
+            let policy = RetryPolicy { jitter_seed, ..RetryPolicy::default() };
+            (1..40).map(|attempts| backoff_ms(&policy, attempts)).collect::<Vec<_>>()
         };
         let pauses = of_seed(1);
         assert!((125..=250).contains(&pauses[0]) && (250..=500).contains(&pauses[1]));

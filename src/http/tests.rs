@@ -10,8 +10,8 @@ use wiremock::{Mock, MockServer, ResponseTemplate};
 use super::*;
 
 /// Quick, so that no test waits for long.
-fn quick() -> Patience {
-    Patience { backoff_ms_min: 1, backoff_ms_max: 2, total_ms: 20_000, ..Patience::default() }
+fn quick() -> RetryPolicy {
+    RetryPolicy { backoff_ms_min: 1, backoff_ms_max: 2, total_ms: 20_000, ..RetryPolicy::default() }
 }
 
 fn runtime() -> tokio::runtime::Runtime {
@@ -20,7 +20,7 @@ fn runtime() -> tokio::runtime::Runtime {
 
 /// Sends one request with a key to a server that answers in these ways, one after the other; the
 /// last one goes on. Gives the result and how many requests came.
-fn ask(patience: &Patience, answers: Vec<ResponseTemplate>) -> (Result<Reply, WebError>, usize) {
+fn ask(policy: &RetryPolicy, answers: Vec<ResponseTemplate>) -> (Result<Reply, WebError>, usize) {
     let runtime = runtime();
     let n_answers = answers.len();
     let server = runtime.block_on(async {
@@ -34,7 +34,7 @@ fn ask(patience: &Patience, answers: Vec<ResponseTemplate>) -> (Result<Reply, We
     });
     let request = Request::post(&format!("{}/v1?key=hush", server.uri()), json!({"a": 1}))
         .with(Header::secret("Authorization", "Bearer sesame"));
-    let result = Client::new(patience).unwrap().send(&request);
+    let result = Client::new(policy).unwrap().send(&request);
     let n_requests = runtime.block_on(server.received_requests()).unwrap().len();
     (result, n_requests)
 }
@@ -111,8 +111,8 @@ fn replies_that_are_no_json_or_too_long_are_told() {
     let (result, n_requests) = ask(&quick(), vec![status(200).set_body_string("{\"a\": ")]);
     assert!(matches!(result.unwrap_err(), WebError::NotJson { .. }));
     assert_eq!(n_requests, 1);
-    let patience = Patience { reply_bytes_max: 10, ..quick() };
-    let (result, _) = ask(&patience, vec![status(200).set_body_string("x".repeat(11))]);
+    let policy = RetryPolicy { reply_bytes_max: 10, ..quick() };
+    let (result, _) = ask(&policy, vec![status(200).set_body_string("x".repeat(11))]);
     assert!(result.unwrap_err().to_string().contains("at most 10 bytes"));
     let long = "y".repeat(5000);
     let (result, _) = ask(&quick(), vec![status(404).set_body_string(long)]);
@@ -154,9 +154,9 @@ fn a_slow_drip_ends_at_the_deadline() {
         stream.write_all(head).unwrap();
         while stream.write_all(b" ").is_ok() {}
     });
-    let patience =
-        Patience { total_ms: 200, reply_bytes_max: usize::MAX, attempts_max: 1, ..quick() };
-    let error = Client::new(&patience).unwrap().send(&Request::get(&url)).unwrap_err();
+    let policy =
+        RetryPolicy { total_ms: 200, reply_bytes_max: usize::MAX, attempts_max: 1, ..quick() };
+    let error = Client::new(&policy).unwrap().send(&Request::get(&url)).unwrap_err();
     assert!(matches!(error, WebError::Deadline { attempts: 1, .. }), "{error}");
     server.join().unwrap();
 }
@@ -167,8 +167,8 @@ fn silence_is_tried_again_within_bounds() {
         // Reads until the client hangs up.
         drop(stream.read_to_end(&mut Vec::new()));
     });
-    let patience = Patience { read_ms: 50, attempts_max: 2, ..quick() };
-    let error = Client::new(&patience).unwrap().send(&Request::get(&url)).unwrap_err();
+    let policy = RetryPolicy { read_ms: 50, attempts_max: 2, ..quick() };
+    let error = Client::new(&policy).unwrap().send(&Request::get(&url)).unwrap_err();
     assert!(matches!(error, WebError::Silent { attempts: 2, read_ms: 50, .. }), "{error}");
     server.join().unwrap();
 }
@@ -178,8 +178,8 @@ fn a_broken_reply_is_tried_again() {
     let (url, server) = raw_server(2, |mut stream| {
         stream.write_all(b"HTTP/1.1 200 OK\r\ncontent-length: 9\r\n\r\n{").unwrap();
     });
-    let patience = Patience { attempts_max: 2, ..quick() };
-    let error = Client::new(&patience).unwrap().send(&Request::get(&url)).unwrap_err();
+    let policy = RetryPolicy { attempts_max: 2, ..quick() };
+    let error = Client::new(&policy).unwrap().send(&Request::get(&url)).unwrap_err();
     assert!(matches!(error, WebError::NoConnection { attempts: 2, .. }), "{error}");
     server.join().unwrap();
 }
@@ -204,6 +204,6 @@ fn secrets_are_not_shown() {
 
 #[test]
 fn misspelt_bounds_are_refused() {
-    let error = toml::from_str::<Patience>("totl_ms = 5").unwrap_err();
+    let error = toml::from_str::<RetryPolicy>("totl_ms = 5").unwrap_err();
     assert!(error.to_string().contains("unknown field `totl_ms`"), "{error}");
 }

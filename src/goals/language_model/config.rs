@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::http::Patience;
+use crate::http::RetryPolicy;
 use crate::http::chat::ChatDialect;
 
 /// The options, as written.
@@ -33,7 +33,7 @@ pub(super) struct Options {
     /// A folder for answers, so that the same question needs no server a second time.
     pub(super) cache: Option<PathBuf>,
     /// Bounds of each request, all attempts together.
-    pub(super) retry: Patience,
+    pub(super) retry: RetryPolicy,
 }
 
 /// A worked example, as written.

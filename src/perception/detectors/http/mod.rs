@@ -22,7 +22,7 @@ use super::boxes::clipped;
 use super::colour_namer::ColourNamer;
 use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
-use crate::http::{Client, Patience, Reply, Request, shown_url};
+use crate::http::{Client, RetryPolicy, Reply, Request, shown_url};
 use crate::mismatch::Mismatch;
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::perception::model::{ObjectBox, TypeSpec};
@@ -59,7 +59,7 @@ struct Options {
     /// How a task is waited for, with the dialect `dino_x`.
     poll: Poll,
     /// Bounds of each request, all attempts together.
-    retry: Patience,
+    retry: RetryPolicy,
 }
 
 /// `[perception.options.poll]`.
@@ -184,8 +184,8 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
     }))
 }
 
-fn client(patience: &Patience) -> Result<Client, DetectorError> {
-    Ok(Client::new(patience)?)
+fn client(policy: &RetryPolicy) -> Result<Client, DetectorError> {
+    Ok(Client::new(policy)?)
 }
 
 /// The service does not take the key, or wants one.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 /// Bounds of one request, all attempts together.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Patience {
+pub struct RetryPolicy {
     /// Longest time to open a connection, milliseconds.
     pub connect_ms: u64,
     /// Longest silence of the server within one attempt, milliseconds. A language model may think for
@@ -28,7 +28,7 @@ pub struct Patience {
 }
 
 #[cfg(test)]
-impl Default for Patience {
+impl Default for RetryPolicy {
     /// What `configs/defaults.toml` says.
     fn default() -> Self {
         let defaults: toml::Table = crate::settings::DEFAULTS.parse().unwrap();
