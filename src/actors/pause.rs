@@ -1,9 +1,9 @@
 //! Whether the loop is paused, as the requests on the topic `control` say.
 
-use crate::messages::{Control, Stop};
+use crate::messages::Control;
+use crate::transport::Received;
 use crate::transport::convert::control_from_wire;
 use crate::transport::wire::{ControlRecord, DeviceHeader};
-use crate::transport::{Received, Subscriber, TransportError};
 
 /// Which frames are answered.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -50,22 +50,5 @@ impl Requests {
             Control::Step => Pace::Once,
         };
         Some(control)
-    }
-
-    /// Takes in all that is waiting; the first request to stop, if there is one, and whether
-    /// anything has come.
-    pub(super) fn drain(
-        &mut self,
-        controls: &mut Subscriber<DeviceHeader, ControlRecord>,
-    ) -> Result<(Option<Stop>, bool), TransportError> {
-        let (mut stop, mut any) = (None, false);
-        while let Some(message) = controls.poll_next()? {
-            let control = self.take(&message);
-            any |= control.is_some();
-            if let Some(Control::Stop(why)) = control {
-                stop.get_or_insert(why);
-            }
-        }
-        Ok((stop, any))
     }
 }

@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 
 use super::request::redacted;
 use super::retry::{self, Fault};
-use super::{Header, Method, RetryPolicy, Reply, Request, WebError, shown_url};
+use super::{Header, Method, Reply, Request, RetryPolicy, WebError, shown_url};
 use crate::clock::monotonic_ns;
 
 /// Most requests that wait for the client's thread; further ones are refused.
@@ -216,7 +216,11 @@ async fn attempts(
     }
 }
 
-async fn attempt(client: &reqwest::Client, policy: &RetryPolicy, job: &Job) -> Result<Reply, Fault> {
+async fn attempt(
+    client: &reqwest::Client,
+    policy: &RetryPolicy,
+    job: &Job,
+) -> Result<Reply, Fault> {
     let broken = |e: reqwest::Error| {
         // A connection that does not open in time is as good as none.
         if e.is_timeout() && !e.is_connect() {

@@ -16,5 +16,5 @@ mod tests;
 
 pub use client::Client;
 pub use error::WebError;
-pub use retry_policy::RetryPolicy;
 pub use request::{Header, Method, Reply, Request, shown_url};
+pub use retry_policy::RetryPolicy;

@@ -113,7 +113,7 @@ impl Observer {
         Ok(Some(Observed { result, goal: self.goal, health }))
     }
 
-    /// Books an answered frame; whether it was the last one.
+    /// Books an answered frame; whether the episode has ended with it, or was stopped meanwhile.
     fn decided(
         &mut self,
         message: &Received<StreamHeader, DecisionRecord>,
@@ -131,8 +131,9 @@ impl Observer {
         };
         self.last_decision = Some(decision.sequence);
         self.drain()?;
+        let mut is_stopped = false;
         while let Some(message) = self.verdicts.poll_next()? {
-            self.ended(&message);
+            is_stopped |= self.ended(&message);
         }
         let scene = self.waiting.scene(decision.cause.cycle);
         let plan = self.waiting.plan(decision.plan_cycle);
@@ -152,7 +153,7 @@ impl Observer {
             tracing::error!(cycle, "a cycle is not measured: what it rests on was lost");
         }
         self.last_scene = scene.or(self.last_scene.take());
-        Ok(decision.is_last)
+        Ok(decision.is_last || is_stopped)
     }
 
     /// Takes note of the verdict; whether the episode was stopped.
@@ -224,5 +225,57 @@ impl Waiting {
         self.scenes.drain(..self.scenes.len().saturating_sub(KEPT_MAX));
         self.plans.drain(..self.plans.len().saturating_sub(KEPT_MAX));
         self.commands.drain(..self.commands.len().saturating_sub(KEPT_MAX));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::{AnswerKind, EpisodeCounts, Stop};
+    use crate::pddl::{SourceText, parse_domain};
+    use crate::scene::FrameRef;
+    use crate::transport::convert::{decision_to_wire, end_to_wire};
+    use crate::transport::{Bus, BusConfig};
+
+    /// The last decision before a stop may still be unread when the stop has been announced.
+    #[tokio::test]
+    async fn a_stop_ends_the_episode_though_a_decision_is_read_with_it() {
+        let root = tempfile::tempdir().unwrap();
+        let prefix = root.path().file_name().unwrap().to_str().unwrap().replace('.', "");
+        let path = Some(root.path().to_owned());
+        let bus = BusConfig { root: path, prefix, run: "observer".to_owned() };
+        let bus = Bus::open(&bus).unwrap();
+        let text = SourceText::new("domain.pddl", "(define (domain none))");
+        let domain = parse_domain(&text).unwrap().value;
+        let context = Arc::new(WireContext::new(1, 2, domain));
+        let mut observer = Observer::open(&bus, Arc::clone(&context)).unwrap();
+
+        let decisions = bus.publisher(&DECISION).unwrap();
+        let decision = DecisionMessage {
+            sequence: 0,
+            cause: FrameRef::default(),
+            plan_cycle: 0,
+            kind: AnswerKind::Continue,
+            answered_ns: 0,
+            is_last: false,
+        };
+        let (header, record) = decision_to_wire(&decision, &context);
+        decisions.publish(header, &[record]).unwrap();
+        let verdicts = bus.publisher(&VERDICT).unwrap();
+        let end = EpisodeEnd {
+            cause: FrameRef::default(),
+            verdict: Verdict::Stopped(Stop::Request),
+            counts: EpisodeCounts::default(),
+            remaining: Vec::new(),
+        };
+        let (header, text) = end_to_wire(&end, &context).unwrap();
+        verdicts.publish(header, &text).unwrap();
+
+        let is_over = tokio::select! {
+            biased;
+            ended = observer.watch() => ended.is_ok(),
+            () = std::future::ready(()) => false,
+        };
+        assert!(is_over, "the observer waits for more");
     }
 }

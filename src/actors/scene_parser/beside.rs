@@ -16,6 +16,7 @@ use super::{
     MakeDetector, NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, check,
     nothing_usable, read_depth,
 };
+use crate::actors::pause::Pace;
 use crate::actors::{ActorError, Fatal};
 use crate::transport::Received;
 use crate::transport::convert::RgbFrame;
@@ -70,6 +71,10 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
         };
         tokio::select! {
             biased;
+            request = ports.controls.next() => {
+                memory.requests.take(&request?);
+                tools.wait_anew(args.wait);
+            }
             answer = tools.thread.answer() => {
                 take_answer(args, &mut memory, &mut tools, &ports, answer?)?;
             }
@@ -77,12 +82,10 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 take_frame(args, &mut memory, &mut tools, &mut ports, &frame?)?;
             }
             () = sleep_until(deadline) => {
-                if !memory.is_paused(&mut ports)? {
+                if memory.requests.pace == Pace::Free {
                     return Err(tools.too_late(args).into());
                 }
-                let deadline = Instant::now() + args.wait;
-                tools.frame_deadline = deadline;
-                tools.answer_deadline = tools.answer_deadline.map(|_| deadline);
+                tools.wait_anew(args.wait);
             }
         }
         args.checkpoint.store(memory.clone());
@@ -170,6 +173,13 @@ fn take_answer(
 }
 
 impl Tools {
+    /// A paused loop waits for nothing.
+    fn wait_anew(&mut self, wait: Duration) {
+        let deadline = Instant::now() + wait;
+        self.frame_deadline = deadline;
+        self.answer_deadline = self.answer_deadline.map(|_| deadline);
+    }
+
     /// Why nothing came in time: no frames, or no answers.
     fn too_late(&self, args: &SceneParserArgs) -> Fatal {
         let is_silent = self.answer_deadline.is_some_and(|deadline| deadline < self.frame_deadline);

@@ -1,12 +1,13 @@
 //! The detector in the loop: every frame waits for it.
 
-use tokio::time::{Instant, timeout_at};
+use tokio::time::{Instant, sleep_until};
 
 use super::{
     NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, Seen, check, nothing_usable,
     read_depth, scene_of,
 };
 use crate::actors::ActorError;
+use crate::actors::pause::Pace;
 use crate::clock::monotonic_ns;
 use crate::perception::detectors::Detector;
 use crate::perception::{DepthView, FrameView, ImageView};
@@ -36,13 +37,22 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 rejection = Some(Rejection::unusable(reason));
             })
         };
-        let frame = match timeout_at(deadline, ports.rgb.newest_of(usable)).await {
-            Ok(frame) => frame?,
-            Err(_) if memory.is_paused(&mut ports)? => {
+        let frame = tokio::select! {
+            biased;
+            request = ports.controls.next() => {
+                memory.requests.take(&request?);
+                args.checkpoint.store(memory.clone());
                 deadline = Instant::now() + args.wait;
                 continue;
             }
-            Err(_) => return Err(nothing_usable(args, rejection).into()),
+            frame = ports.rgb.newest_of(usable) => frame?,
+            () = sleep_until(deadline) => {
+                if memory.requests.pace == Pace::Free {
+                    return Err(nothing_usable(args, rejection).into());
+                }
+                deadline = Instant::now() + args.wait;
+                continue;
+            }
         };
         if let Some(newer) = ports.depth.drain_newest()? {
             depths = Some(newer);

@@ -10,7 +10,7 @@ mod thread;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::pause::{Pace, Requests};
+use super::pause::Requests;
 use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::monotonic_ns;
 use crate::messages::{Dispatch, GoalUpdate, RobotState, Status};
@@ -279,12 +279,6 @@ impl SceneParserMemory {
         let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
         self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         Ok(())
-    }
-
-    /// Whether frames may be missing because the loop is, or was just now, told to pause.
-    fn is_paused(&mut self, ports: &mut Ports) -> Result<bool, TransportError> {
-        let (_, any) = self.requests.drain(&mut ports.controls)?;
-        Ok(any || self.requests.pace != Pace::Free)
     }
 }
 

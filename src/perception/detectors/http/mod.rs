@@ -22,7 +22,7 @@ use super::boxes::clipped;
 use super::colour_namer::ColourNamer;
 use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
-use crate::http::{Client, RetryPolicy, Reply, Request, shown_url};
+use crate::http::{Client, Reply, Request, RetryPolicy, shown_url};
 use crate::mismatch::Mismatch;
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::perception::model::{ObjectBox, TypeSpec};
