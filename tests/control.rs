@@ -10,6 +10,7 @@ use common::{Process, SMALL_CAMERA, TestRun, runtime, small, unique_run};
 use groundloop::messages::{
     ActorHealth, Control, DecisionMessage, Event, PlanVerdict, Stop, Verdict,
 };
+use groundloop::metrics::EpisodeReport;
 use groundloop::run::{EpisodeOptions, PreparedRun, run_episode};
 use groundloop::transport::convert::{
     WireContext, control_to_wire, decision_from_wire, device_header, end_from_wire,
@@ -23,20 +24,21 @@ use groundloop::transport::wire::{
 use groundloop::transport::{Bus, Depth, EventReader, Publisher, Subscriber, join};
 
 /// Somebody at another node of the bus who steers the run.
-struct Operator {
+struct Operator<'a> {
+    bus: &'a Bus,
     controls: Publisher<DeviceHeader, ControlRecord>,
     decisions: Subscriber<StreamHeader, DecisionRecord>,
     events: EventReader,
     context: WireContext,
 }
 
-impl Operator {
-    async fn at(bus: &Bus) -> Self {
+impl<'a> Operator<'a> {
+    async fn at(bus: &'a Bus) -> Self {
         let controls = bus.publisher(&CONTROL).unwrap();
         let decisions = bus.subscriber(&DECISION, Depth::all(64)).unwrap();
         let events = EventReader::open(bus).unwrap();
         let (_, context) = join(bus).await.unwrap();
-        Self { controls, decisions, events, context }
+        Self { bus, controls, decisions, events, context }
     }
 
     fn ask(&self, control: Control) {
@@ -53,99 +55,102 @@ impl Operator {
     }
 }
 
-#[test]
-fn a_paused_loop_answers_no_frame_but_those_it_is_stepped_through() {
+/// An episode that an operator steers, who is gone when that is done.
+fn steered<T>(
+    sets: &[&str],
+    steer: impl AsyncFnOnce(&mut Operator<'_>) -> T,
+) -> (EpisodeReport, T) {
     let run = TestRun::new();
-    let prepared = PreparedRun::read(small("blocksworld.toml", &[]), None).unwrap();
+    let prepared = PreparedRun::read(small("blocksworld.toml", sets), None).unwrap();
     runtime().block_on(async {
         let bus = Bus::open(&run.bus("test")).unwrap();
         let theirs = Bus::open(&run.bus("test")).unwrap();
         let episode = run_episode(&prepared, EpisodeOptions { bus, snapshot: None });
         let steering = async {
             let mut operator = Operator::at(&theirs).await;
-            operator.hear(|event| matches!(event, Event::Started { .. })).await;
-            operator.ask(Control::Pause);
-            operator.hear(|event| *event == Event::Paused).await;
-            // Every answer from before the pause has been told by now.
-            let mut last = operator.decision().await;
-            while let Some(message) = operator.decisions.poll_next().unwrap() {
-                let (header, records) = (message.header(), message.records());
-                last = decision_from_wire(header, records, &operator.context).unwrap();
-            }
-            for n in 1..=3 {
-                operator.ask(Control::Step);
-                let stepped = operator.decision().await;
-                assert_eq!(stepped.cause.cycle, last.cause.cycle + n);
-                assert!(operator.decisions.poll_next().unwrap().is_none(), "one cycle a step");
-            }
-            operator.ask(Control::Resume);
-            operator.hear(|event| *event == Event::Resumed).await;
-            operator.decision().await;
+            steer(&mut operator).await
         };
-        let (episode, ()) = tokio::join!(episode, steering);
-        let calm = TestRun::new();
-        let calm = tokio::task::block_in_place(|| {
-            std::thread::scope(|scope| {
-                let config = small("blocksworld.toml", &[]);
-                scope.spawn(|| calm.run(config).unwrap()).join().unwrap()
-            })
-        });
-        let report = episode.unwrap().report;
-        assert_eq!(report.verdict, "reached");
-        assert_eq!(report.decision_hash, calm.report.decision_hash, "a pause decides nothing");
+        let (episode, steered) = tokio::join!(episode, steering);
+        (episode.unwrap().report, steered)
+    })
+}
+
+#[test]
+fn a_paused_loop_answers_no_frame_but_those_it_is_stepped_through() {
+    let (report, ()) = steered(&[], async |operator| {
+        operator.hear(|event| matches!(event, Event::Started { .. })).await;
+        operator.ask(Control::Pause);
+        operator.hear(|event| *event == Event::Paused).await;
+        // Every answer from before the pause has been told by now.
+        let mut last = operator.decision().await;
+        while let Some(message) = operator.decisions.poll_next().unwrap() {
+            let (header, records) = (message.header(), message.records());
+            last = decision_from_wire(header, records, &operator.context).unwrap();
+        }
+        for n in 1..=3 {
+            operator.ask(Control::Step);
+            let stepped = operator.decision().await;
+            assert_eq!(stepped.cause.cycle, last.cause.cycle + n);
+            assert!(operator.decisions.poll_next().unwrap().is_none(), "one cycle a step");
+        }
+        operator.ask(Control::Resume);
+        operator.hear(|event| *event == Event::Resumed).await;
+        operator.decision().await;
     });
+    let calm = TestRun::new().run(small("blocksworld.toml", &[])).unwrap();
+    assert_eq!(report.verdict, "reached");
+    assert_eq!(report.decision_hash, calm.report.decision_hash, "a pause decides nothing");
 }
 
 #[test]
 fn a_loop_that_is_stopped_while_it_is_paused_has_answered_nothing_more() {
-    let run = TestRun::new();
-    let prepared = PreparedRun::read(small("blocksworld.toml", &[]), None).unwrap();
-    runtime().block_on(async {
-        let bus = Bus::open(&run.bus("test")).unwrap();
-        let theirs = Bus::open(&run.bus("test")).unwrap();
-        let episode = run_episode(&prepared, EpisodeOptions { bus, snapshot: None });
-        let steering = async {
-            let mut operator = Operator::at(&theirs).await;
-            operator.decision().await;
-            operator.ask(Control::Pause);
-            operator.hear(|event| *event == Event::Paused).await;
-            let mut n_answered = 1;
-            while operator.decisions.poll_next().unwrap().is_some() {
-                n_answered += 1;
-            }
-            operator.ask(Control::Stop(Stop::Request));
-            operator.hear(|event| matches!(event, Event::End(_))).await;
-            n_answered
-        };
-        let (episode, n_answered) = tokio::join!(episode, steering);
-        let report = episode.unwrap().report;
-        assert_eq!((report.verdict, report.cycles), ("stopped", n_answered));
-        assert_eq!(report.reason, "stopped on request; the robot was told to hold");
+    let (report, n_answered) = steered(&[], async |operator| {
+        operator.decision().await;
+        operator.ask(Control::Pause);
+        operator.hear(|event| *event == Event::Paused).await;
+        let mut n_answered = 1;
+        while operator.decisions.poll_next().unwrap().is_some() {
+            n_answered += 1;
+        }
+        operator.ask(Control::Stop(Stop::Request));
+        operator.hear(|event| matches!(event, Event::End(_))).await;
+        n_answered
     });
+    assert_eq!((report.verdict, report.cycles), ("stopped", n_answered));
+    assert_eq!(report.reason, "stopped on request; the robot was told to hold");
 }
 
 /// A pause in real time makes the robot hold; the step that it breaks off is done again.
 #[test]
 fn a_pause_in_real_time_holds_the_robot_and_the_goal_is_reached_all_the_same() {
-    let run = TestRun::new();
-    let config = small("blocksworld.toml", &["clock=realtime"]);
-    let prepared = PreparedRun::read(config, None).unwrap();
-    runtime().block_on(async {
-        let bus = Bus::open(&run.bus("test")).unwrap();
-        let theirs = Bus::open(&run.bus("test")).unwrap();
-        let episode = run_episode(&prepared, EpisodeOptions { bus, snapshot: None });
-        let steering = async {
-            let mut operator = Operator::at(&theirs).await;
-            operator.hear(|event| matches!(event, Event::Started { .. })).await;
-            operator.ask(Control::Pause);
-            operator.hear(|event| *event == Event::Paused).await;
-            operator.ask(Control::Resume);
-            operator.hear(|event| matches!(event, Event::Started { .. })).await;
-        };
-        let (episode, ()) = tokio::join!(episode, steering);
-        let report = episode.unwrap().report;
-        assert_eq!((report.verdict, report.skills_failed), ("reached", 0), "{report:#?}");
+    let (report, ()) = steered(&["clock=realtime"], async |operator| {
+        operator.hear(|event| matches!(event, Event::Started { .. })).await;
+        operator.ask(Control::Pause);
+        operator.hear(|event| *event == Event::Paused).await;
+        operator.ask(Control::Resume);
+        operator.hear(|event| matches!(event, Event::Started { .. })).await;
     });
+    assert_eq!((report.verdict, report.skills_failed), ("reached", 0), "{report:#?}");
+}
+
+/// A pause lasts though it is longer than a frame may be missing, and though who asked is gone.
+#[test]
+fn a_pause_outlasts_the_wait_for_a_frame() {
+    let wait_s = 1.0;
+    let n_reports = 4; // twice a second
+    let (report, ()) = steered(&[&format!("camera.wait_s={wait_s}")], async |operator| {
+        operator.decision().await;
+        operator.ask(Control::Pause);
+        operator.hear(|event| *event == Event::Paused).await;
+        operator.controls = operator.bus.publisher(&CONTROL).unwrap();
+        let mut healths: Subscriber<StreamHeader, HealthRecord> =
+            operator.bus.subscriber(&HEALTH, Depth::all(64)).unwrap();
+        for _ in 0..n_reports {
+            healths.next().await.unwrap();
+        }
+        operator.ask(Control::Resume);
+    });
+    assert_eq!(report.verdict, "reached", "{report:#?}");
 }
 
 /// What a process that joins late has read of a run in another process.

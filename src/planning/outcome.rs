@@ -164,10 +164,15 @@ pub struct Phase {
     pub evaluated: u64,
 }
 
+impl Phase {
+    /// Name of the search that makes a plan cheaper which another one has found.
+    pub(super) const IMPROVE: &'static str = "improve";
+}
+
 impl Statistics {
     /// Whether it was tried to make a plan cheaper that had been found.
     pub fn improved(&self) -> bool {
-        self.phases.iter().any(|phase| phase.name == "improve")
+        self.phases.iter().any(|phase| phase.name == Phase::IMPROVE)
     }
 
     /// States expanded by all searches.

@@ -34,7 +34,7 @@ pub(in crate::planning) fn improve(
     plan: Vec<u32>,
     limits: Limits<'_>,
 ) -> (Vec<u32>, Phase) {
-    let phase = Phase { name: "improve", expanded: 0, generated: 0, evaluated: 0 };
+    let phase = Phase { name: Phase::IMPROVE, expanded: 0, generated: 0, evaluated: 0 };
     // None is free, so that short plans are preferred.
     let step_costs: Vec<u64> = costs.iter().map(|&cost| cost.max(1)).collect();
     let guide = FastForward::new(task, relaxed, step_costs.clone());
