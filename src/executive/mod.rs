@@ -35,7 +35,7 @@ use running::{Running, VerifyingEffects};
 /// What does not change during an episode.
 #[derive(Debug, Clone)]
 pub struct ExecutiveConfig {
-    /// The domain.
+    /// Whose actions predict what a step changes.
     pub domain: Domain,
     /// How its actions are carried out.
     pub skills: SkillMap,

@@ -18,7 +18,7 @@ use shipped::{embedded, embedded_below};
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{file}: {reason}")]
 pub struct FileError {
-    /// The file.
+    /// Path or name of the file that could not be read.
     pub file: String,
     /// The system's reason.
     pub reason: String,
@@ -36,7 +36,7 @@ pub enum Folder {
 /// A file in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileRef {
-    /// The folder.
+    /// Where the file is looked for, on disk or built in.
     pub folder: Folder,
     /// Its name there.
     pub name: String,

@@ -38,7 +38,7 @@ pub enum GoalError {
     /// The key of a service is missing or refused.
     #[error("the environment variable {variable} {reason}")]
     Key {
-        /// The variable.
+        /// Environment variable that should hold the key.
         variable: String,
         /// What was expected and what was found.
         reason: String,

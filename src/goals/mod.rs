@@ -105,7 +105,7 @@ pub struct ParsedGoal {
     pub notes: Vec<String>,
 }
 
-/// A source of goals.
+/// Reads what a user wrote, or a picture, as a goal condition over the objects that are seen.
 pub trait GoalSource: std::fmt::Debug + Send + Sync {
     /// Reads the goal against a domain and the objects seen so far.
     ///

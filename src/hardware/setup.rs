@@ -25,7 +25,7 @@ pub struct HardwareInputs<'a> {
     pub folder: &'a Folder,
     /// The run file, for messages.
     pub origin: &'a FileRef,
-    /// The domain.
+    /// Whose types the scene's objects have.
     pub domain: &'a Domain,
     /// `[sim]` of the run file.
     pub sim: Option<&'a toml::Table>,

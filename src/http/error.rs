@@ -63,7 +63,7 @@ pub enum WebError {
     Status {
         /// Where, without secrets.
         url: String,
-        /// The status.
+        /// HTTP status code of the last attempt.
         status: u16,
         /// How often it was tried.
         attempts: u32,

@@ -19,9 +19,9 @@ pub enum Method {
 /// One line of a request's head.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Header {
-    /// Its name.
+    /// Field name, in any case.
     pub name: String,
-    /// Its value.
+    /// Field value; it may be a secret, and is never shown.
     pub value: String,
     /// Whether nobody may see the value.
     pub is_secret: bool,
@@ -46,7 +46,7 @@ impl fmt::Debug for Header {
     }
 }
 
-/// One request.
+/// What to ask, whatever the number of attempts.
 #[derive(Clone, PartialEq)]
 pub struct Request {
     /// How.

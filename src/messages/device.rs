@@ -128,7 +128,7 @@ pub struct Status {
     pub sequence: u64,
     /// Run time, nanoseconds.
     pub capture_ns: u64,
-    /// The command.
+    /// Number of the command, as in [`Command::id`].
     pub command_id: u64,
     /// How it fares.
     pub kind: StatusKind,

@@ -23,26 +23,26 @@ pub enum Event {
     },
     /// A plan is followed from now on.
     Plan {
-        /// Its steps.
+        /// Ground actions that are left to do, first one first.
         steps: Vec<Step>,
-        /// Its cost.
+        /// Sum of action costs, or the number of steps where the domain has none.
         cost: u64,
     },
     /// A step was started.
     Started {
-        /// The step.
+        /// Ground action that the robot was told to carry out.
         step: Step,
     },
     /// A step did what it was to do.
     Done {
-        /// The step.
+        /// Ground action that the robot was told to carry out.
         step: Step,
         /// How long it took in run time, seconds.
         seconds: f64,
     },
     /// A step did not do what it was to do.
     Failed {
-        /// The step.
+        /// Ground action that the robot was told to carry out.
         step: Step,
         /// Why.
         reason: String,
@@ -60,7 +60,7 @@ pub enum Event {
     },
     /// A running step is cancelled.
     Cancel {
-        /// The step.
+        /// Ground action that the robot was told to carry out.
         step: Step,
         /// Why.
         reason: String,
@@ -130,7 +130,7 @@ pub enum ReplanCause {
     Deviation(Deviation),
     /// A step failed.
     Failure {
-        /// The step.
+        /// Ground action that the robot was told to carry out.
         step: Step,
         /// Why.
         reason: String,

@@ -20,7 +20,7 @@ pub struct RunDescriptor {
     pub config: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// Version of the program.
+    /// As `groundloop --version` says it.
     pub program_version: String,
     /// Version of the layouts in shared memory.
     pub wire_schema: u32,

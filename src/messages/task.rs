@@ -87,12 +87,12 @@ pub enum PlanVerdict {
     },
     /// A limit was met.
     OutOfBudget {
-        /// Which one.
+        /// Its key in the run file.
         limit: String,
     },
     /// The domain or goal uses something that no planner here understands.
     Unsupported {
-        /// What.
+        /// The PDDL feature, as the domain writes it.
         feature: String,
     },
     /// The goal names objects that nobody has seen.
@@ -208,7 +208,7 @@ pub struct Dispatch {
     pub cause: FrameRef,
     /// The command that carries its motion.
     pub command_id: u64,
-    /// The step.
+    /// Ground action that the robot was told to carry out.
     pub step: Step,
     /// What it changes, as predicted from the scene that it was decided on.
     pub effects: Effects,
@@ -219,7 +219,7 @@ pub struct Dispatch {
 pub struct StepOutcome {
     /// Number in the executor's stream of outcomes.
     pub sequence: u64,
-    /// The step.
+    /// Ground action that the robot was told to carry out.
     pub step: Step,
     /// Whether it did what it was to do.
     pub succeeded: bool,

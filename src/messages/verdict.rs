@@ -78,7 +78,7 @@ pub enum Verdict {
     },
     /// A bound was met.
     GaveUp {
-        /// Which one.
+        /// The budget, which `detail` gives the value of.
         limit: Limit,
         /// What happened.
         detail: String,
@@ -175,7 +175,7 @@ impl From<Stop> for Verdict {
 pub struct EpisodeEnd {
     /// The last frame that was looked at.
     pub cause: FrameRef,
-    /// The verdict.
+    /// How the episode has ended, and why.
     pub verdict: Verdict,
     /// What was counted.
     pub counts: EpisodeCounts,
@@ -190,7 +190,7 @@ pub struct DecisionMessage {
     pub sequence: u64,
     /// The scene's frame.
     pub cause: FrameRef,
-    /// The cycle of the plan.
+    /// Cycle of the scene that the plan was made for; older than `cause` when the planner is late.
     pub plan_cycle: u64,
     /// Which kind of answer the command is.
     pub kind: AnswerKind,

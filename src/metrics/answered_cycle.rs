@@ -10,7 +10,7 @@ pub struct AnsweredCycle<'a> {
     pub scene: &'a Scene,
     /// The plan that it rests on.
     pub plan: &'a PlanMessage,
-    /// The command.
+    /// What the robot was told.
     pub command: &'a Command,
     /// Which kind of answer it is.
     pub kind: AnswerKind,

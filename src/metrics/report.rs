@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{EpisodeResult, Quantiles};
 use crate::messages::{AnswerKind, Verdict};
 
-/// The report of one episode.
+/// What `groundloop run --json` prints of one episode.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EpisodeReport {
     /// How it ended; `planned` is the end of a run without a robot.

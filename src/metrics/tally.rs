@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// How an episode ended, with all that was measured.
 #[derive(Debug, Clone)]
 pub struct EpisodeResult {
-    /// The verdict.
+    /// How the episode has ended, and why.
     pub verdict: Verdict,
     /// What was counted.
     pub counts: EpisodeCounts,

@@ -32,7 +32,7 @@ pub enum PartError {
     /// A file that it reads is not usable.
     #[error("{file}: {message}")]
     File {
-        /// The file.
+        /// Path of the file that a part cannot be made from.
         file: String,
         /// What is wrong with it: the field, what was expected and what stands there.
         message: String,

@@ -11,7 +11,7 @@ pub struct Part<T: Role + ?Sized> {
     pub name: &'static str,
     /// What it is, in one line.
     pub help: &'static str,
-    /// Its options.
+    /// Keys that a run file may set, with their types.
     pub options: OptionsSchema,
     /// Makes it.
     pub build: fn(&PartContext<'_, T>) -> Result<Box<T>, PartError>,

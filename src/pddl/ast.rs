@@ -11,7 +11,7 @@ use super::Name;
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Atom {
-    /// The predicate.
+    /// Declared in `:predicates`, or `=`.
     pub predicate: Name,
     /// The objects, in the predicate's order.
     pub args: Vec<Name>,
@@ -71,7 +71,7 @@ pub enum Term {
 /// An atom over terms.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Literal {
-    /// The predicate.
+    /// Declared in `:predicates`, or `=`.
     pub predicate: Name,
     /// Its arguments.
     pub args: Vec<Term>,
@@ -103,13 +103,13 @@ pub enum Condition {
 /// What an action adds to `total-cost`.
 #[derive(Debug, Clone, PartialEq, PartialOrd)]
 pub enum CostTerm {
-    /// A number.
+    /// A constant of the text; PDDL has no integers of their own.
     Number(f64),
     /// A function of the action's parameters, given by the problem.
     Function(Literal),
 }
 
-/// An effect.
+/// What an action changes (PDDL 2.1 with conditional effects and action costs).
 #[derive(Debug, Clone, PartialEq, PartialOrd)]
 pub enum Effect {
     /// All of them.
@@ -144,7 +144,7 @@ pub struct Action {
 pub struct Axiom {
     /// The derived predicate with its parameters.
     pub head: Signature,
-    /// The body.
+    /// What implies the head.
     pub body: Condition,
 }
 
@@ -221,7 +221,7 @@ impl Domain {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// The action.
+    /// Name of the action schema.
     pub action: Name,
     /// The objects, in the action's order.
     pub args: Vec<Name>,
@@ -257,7 +257,7 @@ pub struct Problem {
     pub init: BTreeSet<Atom>,
     /// Values of numeric functions (`(= (distance a b) 3)`).
     pub costs: BTreeMap<Atom, f64>,
-    /// The goal.
+    /// What must hold in the end.
     pub goal: Condition,
     /// Whether `(:metric minimize (total-cost))` is asked for.
     pub minimise_cost: bool,

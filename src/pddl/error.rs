@@ -52,7 +52,7 @@ pub struct SourcePosition {
     pub column: usize,
     /// Bytes concerned.
     pub span: Span,
-    /// Text of that line.
+    /// The whole line, for the caret below it.
     line_text: String,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Node<'s> {
 pub(super) enum NodeKind<'s> {
     /// A run of characters without space and parenthesis, as written.
     Word(&'s str),
-    /// A list.
+    /// What stands between two parentheses.
     List(Vec<Node<'s>>),
 }
 

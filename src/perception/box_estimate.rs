@@ -45,9 +45,9 @@ impl Heading {
 /// Sides of a visible volume that are not the object's own, as the camera sees them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct TruncatedSides {
-    /// The left one.
+    /// The edge at the smallest column.
     pub left: bool,
-    /// The right one.
+    /// The edge at the largest column.
     pub right: bool,
     /// The lower one.
     pub bottom: bool,

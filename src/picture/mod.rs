@@ -35,7 +35,7 @@ const SCALE_MAX: f64 = 4.0;
 /// One object to draw.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectMark {
-    /// Its name.
+    /// The object's name, which stands at its box.
     pub name: Name,
     /// Where it is in the frame, in the frame's pixels; an object without a box is not drawn.
     pub pixel_box: Option<PixelBox>,
@@ -133,7 +133,7 @@ pub enum PictureError {
     /// The font that is built in does not load.
     #[error("the built-in font {font} cannot be read")]
     Font {
-        /// Its name.
+        /// The object's name, which stands at its box.
         font: &'static str,
     },
     /// There is no memory for the picture.

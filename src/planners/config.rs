@@ -11,7 +11,7 @@ use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext, PartError};
 use crate::planning::Budget;
 
-/// `[planner]`.
+/// `[planner]` of a run file: which planner, and its budget of states and time.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlannerConfig {

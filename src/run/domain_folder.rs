@@ -21,7 +21,7 @@ pub struct DomainFolder {
     pub files: Folder,
     /// `domain.pddl`.
     pub domain: Domain,
-    /// Its text.
+    /// `domain.pddl` as it stands.
     pub domain_text: String,
     /// `completion.pddl`; no rules without the file.
     pub rules: Vec<Axiom>,

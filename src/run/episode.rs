@@ -31,7 +31,7 @@ pub struct EpisodeOptions {
 /// What an episode came to.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// The report.
+    /// What was counted and measured.
     pub report: EpisodeReport,
     /// The executor's own account.
     pub end: EpisodeResult,

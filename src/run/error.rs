@@ -41,7 +41,7 @@ pub enum ConfigError {
     /// A key has a value that cannot be.
     #[error("{key}: expected {expected}, got {got}")]
     Value {
-        /// The key.
+        /// Dotted path of the key, such as `camera.rate_hz`.
         key: String,
         /// What may stand there.
         expected: String,
@@ -157,7 +157,7 @@ pub enum RunError {
     Snapshot {
         /// The file.
         path: String,
-        /// The reason.
+        /// What is wrong, and what to change.
         reason: String,
     },
 }

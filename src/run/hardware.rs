@@ -10,9 +10,9 @@ use crate::transport::Bus;
 #[derive(Clone)]
 #[expect(missing_debug_implementations, reason = "holds closures")]
 pub struct HardwarePorts {
-    /// The camera.
+    /// Where frames come from.
     pub camera: CameraPort,
-    /// The robot.
+    /// Where commands go.
     pub robot: RobotPort,
 }
 

@@ -26,7 +26,7 @@ pub fn read_text(path: &Path) -> Result<String, ConfigError> {
 /// A file with all that it is laid over, before it is read as a type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layered {
-    /// The file.
+    /// The file that was asked for, on top of the others.
     pub file: FileRef,
     /// The defaults, the files that it extends, the file itself, and every `--set`.
     pub layers: Layers,

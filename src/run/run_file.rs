@@ -74,7 +74,7 @@ pub struct RunConfig {
     pub panic: Vec<PanicConfig>,
 }
 
-/// `[goal]`.
+/// `[goal]`: what to reach, and who reads it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalConfig {
@@ -88,7 +88,7 @@ pub struct GoalConfig {
     pub options: Option<toml::Table>,
 }
 
-/// `[camera]`.
+/// `[camera]`: where frames come from, and how often.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraConfig {
@@ -104,7 +104,7 @@ pub struct CameraConfig {
     pub wait_s: f64,
 }
 
-/// `[perception]`.
+/// `[perception]`: detector, grounder, labelled examples, tracking.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PerceptionConfig {
@@ -161,7 +161,7 @@ impl ExemplarConfig {
     }
 }
 
-/// `[robot]`.
+/// `[robot]`: where commands go, and how the arm moves.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {

@@ -39,7 +39,7 @@ pub enum Origin {
 /// One fact: what this frame says and what is believed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneFact {
-    /// The atom.
+    /// Ground atom of an observed predicate.
     pub atom: Atom,
     /// What this frame alone says; for people and recordings.
     pub raw: Truth,

@@ -27,7 +27,7 @@ enum At {
     Place(Box<SourcePosition>),
     /// In a file as a whole.
     File(String),
-    /// In a `--set`.
+    /// On the command line; there is no line to point to.
     Set,
     /// In a table that was never a text.
     Nowhere,

@@ -20,7 +20,7 @@ pub(crate) enum Node {
     Leaf(toml::Value),
     /// An array, of tables too.
     Array(Vec<Value>),
-    /// A table.
+    /// Keys below it, in the order of the file.
     Table(Tree),
 }
 

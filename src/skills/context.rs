@@ -62,7 +62,7 @@ impl MotionConfig {
 /// What is in the gripper, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// The object.
+    /// Its name in the scene.
     pub object: Name,
     /// Height of the object's middle above the tool centre (negative = below).
     pub centre_above_tool_m: f64,

@@ -55,21 +55,21 @@ pub enum SkillError {
     /// The scene has no such object.
     #[error("{object} is not in the scene")]
     Unseen {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
     },
     /// The object has no place in the world.
     #[error("the place of {object} in the world is not known: no depth or no camera pose")]
     NoVolume {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
     },
     /// The jaws do not open far enough.
     #[error("{object} is {width_m:.3} m wide; the jaws open to {opening_m_max:.3} m")]
     TooWide {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
-        /// Its width.
+        /// Its width across the fingers, metres.
         width_m: f64,
         /// The limit.
         opening_m_max: f64,
@@ -77,7 +77,7 @@ pub enum SkillError {
     /// The place is out of reach.
     #[error("{object} at ({x:.2}, {y:.2}) m is outside the workspace")]
     OutOfReach {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
         /// Its place along x.
         x: f64,
@@ -87,13 +87,13 @@ pub enum SkillError {
     /// Nothing is held that could be placed.
     #[error("{object} should be placed but is not in the gripper")]
     NotHeld {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
     },
     /// The gripper is full.
     #[error("{object} should be picked but the gripper holds something")]
     HandFull {
-        /// The object.
+        /// Name of the object that the skill is about.
         object: Name,
     },
     /// The table is full.
@@ -105,7 +105,7 @@ pub enum SkillError {
     /// `skills.toml` says nothing of this action.
     #[error("no skill for action {action} in skills.toml")]
     NoSkill {
-        /// The action.
+        /// Name of the action schema.
         action: Name,
     },
 }

@@ -30,7 +30,7 @@ struct BookFile {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ActionSkills {
-    /// The action.
+    /// Name of the action schema that has no skill, or a wrong one.
     pub name: Name,
     /// Whether it may be broken off before its point of no return.
     pub preempt: Preempt,
@@ -68,7 +68,7 @@ pub enum SkillMapError {
     /// Not TOML, or not of the documented form.
     #[error("{file}: {message}")]
     Form {
-        /// The file.
+        /// Path of the `skills.toml`.
         file: String,
         /// What the parser says, with line and column.
         message: String,
@@ -79,9 +79,9 @@ pub enum SkillMapError {
     /// It contradicts the domain or the skills that there are.
     #[error("{file}: action {action}: {field}: expected {expected}, got {got}")]
     Value {
-        /// The file.
+        /// Path of the `skills.toml`.
         file: String,
-        /// The action.
+        /// Name of the action schema that has no skill, or a wrong one.
         action: Name,
         /// The key.
         field: String,

@@ -20,7 +20,7 @@ pub struct Instance {
     pub problem_name: Option<String>,
     /// The domain.
     pub folder: Arc<DomainFolder>,
-    /// The problem.
+    /// Objects, goal and the first state.
     pub problem: Problem,
 }
 

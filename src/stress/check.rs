@@ -31,7 +31,7 @@ pub struct Judgement {
     pub key: Key,
     /// Median thread-CPU time before and now, nanoseconds, before normalised to this machine.
     pub before_ns: f64,
-    /// Now.
+    /// Median of this run, nanoseconds.
     pub now_ns: f64,
     /// Whether it counts, and if so whether it is slower.
     pub verdict: CheckVerdict,

@@ -27,7 +27,7 @@ pub enum TransportError {
     /// A reader asks for more messages to wait than the topic allows.
     #[error("cannot open topic {topic}: {waiting} messages waiting, at most {depth_max}")]
     Depth {
-        /// The topic.
+        /// Its name below the run.
         topic: &'static str,
         /// How many were asked for.
         waiting: usize,
@@ -37,7 +37,7 @@ pub enum TransportError {
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]
     Send {
-        /// The topic.
+        /// Its name below the run.
         topic: &'static str,
         /// iceoryx2's reason.
         reason: String,
@@ -45,7 +45,7 @@ pub enum TransportError {
     /// Messages cannot be received.
     #[error("cannot receive on {topic}: {reason}")]
     Receive {
-        /// The topic.
+        /// Its name below the run.
         topic: &'static str,
         /// iceoryx2's reason.
         reason: String,

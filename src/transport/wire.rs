@@ -62,7 +62,7 @@ macro_rules! header {
 #[type_name("groundloop.FrameHeader.v1")]
 #[repr(C)]
 pub struct FrameHeader {
-    /// [`SCHEMA`].
+    /// Version of the wire format, [`SCHEMA`]; other versions are refused.
     pub schema: u32,
     /// 0 = RGB8, 1 = depth as little-endian f32 metres along the optical axis (0 = none).
     pub encoding: u32,
@@ -104,7 +104,7 @@ header!(FrameHeader);
 #[type_name("groundloop.DeviceHeader.v1")]
 #[repr(C)]
 pub struct DeviceHeader {
-    /// [`SCHEMA`].
+    /// Version of the wire format, [`SCHEMA`]; other versions are refused.
     pub schema: u32,
     /// Zero.
     pub reserved: u32,
@@ -122,7 +122,7 @@ header!(DeviceHeader);
 #[type_name("groundloop.TaskHeader.v3")]
 #[repr(C)]
 pub struct TaskHeader {
-    /// [`SCHEMA`].
+    /// Version of the wire format, [`SCHEMA`]; other versions are refused.
     pub schema: u32,
     /// Message-specific: the plan's verdict, see `convert`.
     pub verdict: u32,
@@ -191,7 +191,7 @@ impl Default for TaskHeader {
 #[type_name("groundloop.StreamHeader.v1")]
 #[repr(C)]
 pub struct StreamHeader {
-    /// [`SCHEMA`].
+    /// Version of the wire format, [`SCHEMA`]; other versions are refused.
     pub schema: u32,
     /// Message-specific, see `convert`.
     pub kind: u32,
@@ -271,7 +271,7 @@ impl Default for NameText {
 #[type_name("groundloop.StepRecord.v1")]
 #[repr(C)]
 pub struct StepRecord {
-    /// The action.
+    /// Name of the action schema.
     pub action: NameText,
     /// Number of arguments.
     pub n_args: u32,
@@ -299,7 +299,7 @@ pub struct DispatchRecord {
 #[type_name("groundloop.OutcomeRecord.v1")]
 #[repr(C)]
 pub struct OutcomeRecord {
-    /// The step.
+    /// Ground action that the robot is told to carry out.
     pub step: StepRecord,
     /// How often this very step has failed so far.
     pub failures: u32,
@@ -360,7 +360,7 @@ pub struct CommandRecord {
     pub command_id: u64,
     /// The frame that this answers.
     pub frame_sequence: u64,
-    /// The waypoints.
+    /// Only the first `n_waypoints` count.
     pub waypoints: [WaypointRecord; WAYPOINTS_MAX],
     /// 1 = `step` is known.
     pub has_step: u32,
@@ -390,7 +390,7 @@ impl Default for CommandRecord {
 #[type_name("groundloop.StatusRecord.v1")]
 #[repr(C)]
 pub struct StatusRecord {
-    /// The command.
+    /// Number of the command that the status is about.
     pub command_id: u64,
     /// 0 = accepted, 1 = done, 2 = failed, 3 = cancelled as told.
     pub kind: u32,
@@ -422,7 +422,7 @@ pub struct ControlRecord {
 #[type_name("groundloop.DecisionRecord.v1")]
 #[repr(C)]
 pub struct DecisionRecord {
-    /// The cycle of the plan.
+    /// Cycle of the scene that the plan was made for.
     pub plan_cycle: u64,
     /// Monotonic clock once the command had been sent, nanoseconds (latency only).
     pub answered_ns: u64,

@@ -73,7 +73,7 @@ pub struct SimHardware {
     shared: Arc<Mutex<Hardware>>,
     /// How many frames may have been captured (lockstep).
     released: watch::Sender<u64>,
-    /// The camera.
+    /// Size, lens and pose of the one camera that is rendered.
     pub camera: CameraSpec,
     /// Frame period.
     pub frame_ns: u64,

@@ -45,7 +45,7 @@ pub(super) struct Pattern {
 pub(super) enum Arg {
     /// The variable at that place.
     Variable(usize),
-    /// An object.
+    /// Index among the objects of the universe.
     Object(u32),
 }
 

@@ -21,7 +21,7 @@ const PLAN_BYTES_MAX: u64 = 16 << 20;
 /// Exit code of a search that does not support what the task uses.
 const UNSUPPORTED: i32 = 34;
 
-/// One call.
+/// One run of Fast Downward on one task.
 pub(super) struct Call<'a> {
     options: &'a Options,
     parts: &'a Parts,

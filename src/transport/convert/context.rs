@@ -12,7 +12,7 @@ pub struct WireContext {
     pub run_id: u64,
     /// Hash of the domain's files.
     pub domain_hash: u64,
-    /// The domain.
+    /// Whose predicates, actions and types are sent by number.
     pub domain: Domain,
     pub(super) types: Vec<Name>,
 }

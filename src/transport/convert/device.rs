@@ -94,7 +94,7 @@ impl RgbFrame {
         Ok(Self { message, header, model })
     }
 
-    /// Its header.
+    /// Number, time stamps, size and camera model of the frame.
     pub fn header(&self) -> &FrameHeader {
         &self.header
     }

@@ -39,7 +39,7 @@ pub use task::{
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("message rejected: {field}: expected {expected}, got {got}")]
 pub struct WireError {
-    /// The field.
+    /// Name of the field in the wire record.
     pub field: &'static str,
     /// What it may be.
     pub expected: String,
