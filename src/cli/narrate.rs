@@ -304,7 +304,7 @@ mod tests {
             unknown: Vec::new(),
         };
         let reason = "green_block has moved by 0.08 m (limits.target_moved_m_max = 0.03)";
-        let waiting = "waiting for the first settled scene: no object confirmed";
+        let waiting = "waiting for a settled scene: no object confirmed";
         let start = [
             "clear green_block",
             "clear red_block",
@@ -360,7 +360,7 @@ mod tests {
     #[test]
     fn lines_fit_80_columns() {
         insta::assert_snapshot!(told([false, false], 80), @r"
-        0.0 s #0    look    waiting for the first settled scene: no object confirmed
+        0.0 s #0    look    waiting for a settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) … 5 more
         0.4 s #4    plan    3 steps: (unstack green_block purple_block arm) … 2 more
         0.4 s #4    skill   (unstack green_block purple_block arm)
@@ -382,7 +382,7 @@ mod tests {
     #[test]
     fn lines_fit_160_columns() {
         insta::assert_snapshot!(told([false, false], 160), @r"
-        0.0 s #0    look    waiting for the first settled scene: no object confirmed
+        0.0 s #0    look    waiting for a settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) (on green_block purple_block) (on red_block blue_block) (clear green_block) … 2 more
         0.4 s #4    plan    3 steps: (unstack green_block purple_block arm) (put_down green_block arm) (unstack blue_block yellow_block arm)
         0.4 s #4    skill   (unstack green_block purple_block arm)
@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn everything_is_told_on_request() {
         insta::assert_snapshot!(told([false, true], 100), @r"
-        0.0 s #0    look    waiting for the first settled scene: no object confirmed
+        0.0 s #0    look    waiting for a settled scene: no object confirmed
         0.4 s #4    state   6 facts: (on blue_block yellow_block) (on green_block purple_block)
                             (on red_block blue_block) (clear green_block) (clear red_block)
                             (handempty arm)*

@@ -249,11 +249,11 @@ impl Awaited {
             return (Self::Named, format!("objects of the goal: {names} ({confirmed})"));
         }
         match (n_objects, scene.unsettled) {
-            (0, _) => (Self::Objects, format!("the first settled scene: {confirmed}")),
-            (_, 0) => (Self::Goal, format!("the goal: {confirmed}, the goal is not resolved yet")),
+            (0, _) => (Self::Objects, format!("a settled scene: {confirmed}")),
+            (_, 0) => (Self::Goal, format!("the goal: not resolved with {confirmed}")),
             (_, n) => {
-                let facts = counted(n, "unconfirmed fact");
-                (Self::Settled, format!("the first settled scene: {confirmed}, {facts}"))
+                let facts = counted(n, "fact");
+                (Self::Settled, format!("a settled scene: {facts} unconfirmed"))
             }
         }
     }

@@ -131,16 +131,10 @@ fn what_the_first_plan_waits_for_is_told() {
         episode.scene.unsettled = unsettled;
         reasons(&episode.cycle()).concat()
     };
-    assert_eq!(next(&[], 0), "waiting for the first settled scene: no object confirmed");
-    assert_eq!(
-        next(&objects, 4),
-        "waiting for the first settled scene: 3 objects confirmed, 4 unconfirmed facts"
-    );
+    assert_eq!(next(&[], 0), "waiting for a settled scene: no object confirmed");
+    assert_eq!(next(&objects, 4), "waiting for a settled scene: 4 facts unconfirmed");
     assert_eq!(next(&objects, 3), "", "told once");
-    assert_eq!(
-        next(&objects, 0),
-        "waiting for the goal: 3 objects confirmed, the goal is not resolved yet"
-    );
+    assert_eq!(next(&objects, 0), "waiting for the goal: not resolved with 3 objects confirmed");
     assert_eq!(next(&objects, 1), "", "no step back is told");
 }
 
