@@ -1,5 +1,6 @@
 //! Scene files: which bodies there are and how they are arranged at the start.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -27,7 +28,7 @@ pub const BODIES_MAX: usize = 64;
 /// "##).unwrap();
 /// spec.check().unwrap();
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
     /// Every body. Names are unique.
@@ -37,7 +38,7 @@ pub struct SceneSpec {
 }
 
 /// One body of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodySpec {
     /// Unique name, for example `red_block`.
@@ -53,7 +54,7 @@ pub struct BodySpec {
 }
 
 /// How the bodies that can move are placed at the start. Every one of them is placed exactly once.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
     /// All blocks in random stacks on slots along x, in one row or several.
@@ -97,7 +98,7 @@ pub enum Arrangement {
 }
 
 /// A stack of bodies at an explicit place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedStack {
     /// The x and y of the stack's axis.
@@ -110,7 +111,7 @@ pub struct FixedStack {
 }
 
 /// Disks on one peg.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedTower {
     /// Name of the peg.

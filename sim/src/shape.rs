@@ -3,11 +3,12 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The shape of one body. A body's frame has its origin in the middle of the shape's bounding box
 /// and z along the shape's axis; all lengths are in metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A cube. It can be grasped, moved and stacked.
@@ -137,7 +138,7 @@ pub(crate) fn is_upright(shape: &Shape, world_from_body: &Isometry3<f64>) -> boo
 }
 
 /// An sRGB colour, eight bits a channel. In files: `"#c82828"` or `[200, 40, 40]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "ColourText", into = "[u8; 3]")]
 pub struct Colour(
     /// Red, green and blue.
@@ -151,7 +152,7 @@ impl From<Colour> for [u8; 3] {
 }
 
 /// A colour as it may be written in a file.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a colour: \"#rrggbb\" or [red, green, blue] with 0 to 255")]
 enum ColourText {
     Hex(String),

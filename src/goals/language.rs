@@ -5,13 +5,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::GoalError;
 use crate::pddl::{Atom, Domain, Name};
+use crate::settings::{SettingsProblem, TomlFile, near_hint};
 
 /// The words of one domain.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Language {
     /// Sentences that are understood; the first one is shown with every error.
@@ -69,7 +71,7 @@ pub struct Language {
 }
 
 /// Words for a type of objects.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Noun {
     /// One of the domain's types.
@@ -91,7 +93,7 @@ pub struct Noun {
 }
 
 /// Words that single out one object of a type by its box.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Position {
     /// Which object.
@@ -104,7 +106,7 @@ pub struct Position {
 }
 
 /// Which of several boxes is meant; ties go to the first name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Pick {
     /// Smallest centre column.
@@ -126,7 +128,7 @@ pub enum Pick {
 }
 
 /// Words for a binary predicate.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Relation {
     /// The phrases; several relations may share one, the types of the objects then decide.
@@ -139,7 +141,7 @@ pub struct Relation {
 }
 
 /// Words for a unary predicate.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Property {
     /// Words that say it, each as it is spoken.
@@ -149,7 +151,7 @@ pub struct Property {
 }
 
 /// Words that turn a list into a chain ("from top to bottom: red, blue").
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sequence {
     /// Words that say it, each as it is spoken.
@@ -162,7 +164,7 @@ pub struct Sequence {
 }
 
 /// Words for groups that are counted.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stacks {
     /// The phrases ("stacks of blocks").
@@ -172,7 +174,7 @@ pub struct Stacks {
 }
 
 /// Two atoms that exclude each other; different variables are different objects.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MutexRule {
     /// Both patterns, as in `["(on ?x ?y)", "(on ?x ?z)"]`.
@@ -208,7 +210,7 @@ fn matches(a: &Pattern, b: &Pattern, left: &Atom, right: &Atom) -> bool {
 }
 
 /// An atom over variables, written as in PDDL.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 pub struct Pattern {
     /// One of the domain's predicates.
@@ -239,12 +241,9 @@ impl Language {
     /// Reads a `language.toml`; `file` is its name in messages.
     ///
     /// # Errors
-    /// [`GoalError::Language`] with line and column for text that is not TOML of this form.
-    pub fn from_toml(file: &str, text: &str) -> Result<Self, GoalError> {
-        toml::from_str(text).map_err(|error| {
-            let message = error.to_string().trim_end().to_owned();
-            GoalError::Language { file: file.to_owned(), message }
-        })
+    /// Every unknown key and wrong value, with line and column.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, Vec<SettingsProblem>> {
+        TomlFile::parse(file, text)?.read()
     }
 
     /// Checks that every type and predicate exists in the domain and takes as many arguments.
@@ -290,12 +289,15 @@ fn known_type(domain: &Domain, type_name: &Name) -> Result<(), GoalError> {
     if known {
         return Ok(());
     }
-    Err(misfit(format!("noun: the domain {} has no type \"{type_name}\"", domain.name)))
+    let near = near_hint(type_name.as_str(), types.keys().map(Name::as_str));
+    Err(misfit(format!("noun: the domain {} has no type \"{type_name}\"{near}", domain.name)))
 }
 
 fn takes(domain: &Domain, key: &str, predicate: &Name, n_args: usize) -> Result<(), GoalError> {
     let signature = domain.predicate(predicate.as_str()).ok_or_else(|| {
-        misfit(format!("{key}: the domain {} has no predicate \"{predicate}\"", domain.name))
+        let known = domain.predicates.iter().map(|p| p.name.as_str());
+        let near = near_hint(predicate.as_str(), known);
+        misfit(format!("{key}: the domain {} has no predicate \"{predicate}\"{near}", domain.name))
     })?;
     let arity = signature.params.len();
     if arity == n_args {

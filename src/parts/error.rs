@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::files::FileError;
 use crate::mismatch::Mismatch;
+use crate::settings::{SettingsProblem, joined};
 
 /// A part cannot be made.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -37,6 +38,9 @@ pub enum PartError {
         /// What is wrong with it: the field, what was expected and what stands there.
         message: String,
     },
+    /// A TOML file that it reads is not usable: every fault at its place.
+    #[error("{}", joined(.0))]
+    Problems(Vec<SettingsProblem>),
     /// What it is made from does not do.
     #[error("{reason}")]
     Inputs {
@@ -48,6 +52,12 @@ pub enum PartError {
 impl From<FileError> for PartError {
     fn from(FileError { file, reason }: FileError) -> Self {
         Self::File { file, message: reason }
+    }
+}
+
+impl From<Vec<SettingsProblem>> for PartError {
+    fn from(problems: Vec<SettingsProblem>) -> Self {
+        Self::Problems(problems)
     }
 }
 

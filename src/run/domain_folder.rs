@@ -108,7 +108,8 @@ impl DomainFolder {
         };
         let source = read("perception.toml")?.ok_or_else(|| missing("perception.toml"))?;
         let perception = Perception::parse(&source.name, &source.text)?;
-        perception.check(&domain)?;
+        let checked = perception.check(&domain);
+        checked.map_err(|error| error.in_file(&source.name, &source.text))?;
         let language = match read("language.toml")? {
             Some(source) => Some(Language::from_toml(&source.name, &source.text)?),
             None => None,

@@ -12,7 +12,7 @@ use crate::perception::detectors::DetectorError;
 use crate::perception::grounders::GrounderError;
 use crate::perception::model::{ExemplarError, PerceptionError};
 use crate::perception::{ImageError, StillError};
-use crate::settings::SettingsProblem;
+use crate::settings::{SettingsProblem, joined};
 use crate::skills::SkillMapError;
 use crate::transport::TransportError;
 
@@ -56,19 +56,16 @@ pub enum ConfigError {
     Pddl(#[from] PddlError),
     /// `perception.toml` is not usable.
     #[error(transparent)]
-    Perception(#[from] PerceptionError),
-    /// `skills.toml` is not usable.
-    #[error(transparent)]
-    Skills(#[from] SkillMapError),
+    Perception(PerceptionError),
     /// A labelled example is not usable.
     #[error(transparent)]
     Exemplar(#[from] ExemplarError),
-    /// The goal, or `language.toml`, is not usable.
+    /// The goal is not usable.
     #[error(transparent)]
     Goal(GoalError),
     /// A part cannot be made.
     #[error(transparent)]
-    Part(#[from] PartError),
+    Part(PartError),
     /// A detector cannot work on an image.
     #[error(transparent)]
     Detector(#[from] DetectorError),
@@ -99,7 +96,6 @@ impl ConfigError {
             | Self::Value { .. }
             | Self::Mismatch(_)
             | Self::Perception(_)
-            | Self::Skills(_)
             | Self::Exemplar(_)
             | Self::Detector(_)
             | Self::Grounder(_)
@@ -118,13 +114,38 @@ impl From<StillError> for ConfigError {
     }
 }
 
-fn joined(problems: &[SettingsProblem]) -> String {
-    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-}
-
 impl From<Vec<SettingsProblem>> for ConfigError {
     fn from(problems: Vec<SettingsProblem>) -> Self {
         Self::Problems(problems)
+    }
+}
+
+impl From<PerceptionError> for ConfigError {
+    fn from(error: PerceptionError) -> Self {
+        match error {
+            PerceptionError::File(problems) => Self::Problems(problems),
+            other @ (PerceptionError::Colour { .. } | PerceptionError::Value(_)) => {
+                Self::Perception(other)
+            }
+        }
+    }
+}
+
+impl From<SkillMapError> for ConfigError {
+    fn from(error: SkillMapError) -> Self {
+        match error {
+            SkillMapError::File(problems) => Self::Problems(problems),
+            SkillMapError::Part(error) => error.into(),
+        }
+    }
+}
+
+impl From<PartError> for ConfigError {
+    fn from(error: PartError) -> Self {
+        match error {
+            PartError::Problems(problems) => Self::Problems(problems),
+            other => Self::Part(other),
+        }
     }
 }
 
@@ -136,7 +157,7 @@ impl From<FileError> for ConfigError {
 
 impl From<GoalError> for ConfigError {
     fn from(error: GoalError) -> Self {
-        if let GoalError::Part(error) = error { Self::Part(error) } else { Self::Goal(error) }
+        if let GoalError::Part(error) = error { error.into() } else { Self::Goal(error) }
     }
 }
 

@@ -21,13 +21,15 @@ mod sources;
 mod spelling;
 #[cfg(test)]
 mod tests;
+mod toml_file;
 mod tree;
 
 pub use layers::{Form, Layer, Layers};
 pub use options::{default_options, options_file, read_options};
-pub use problem::SettingsProblem;
+pub use problem::{SettingsProblem, joined};
 pub use sources::{LayerOrigin, Written};
-pub use spelling::did_you_mean;
+pub use spelling::{did_you_mean, near_hint};
+pub use toml_file::TomlFile;
 
 /// `configs/defaults.toml`: the reference of every key, and the only place where a default stands.
 pub const DEFAULTS: &str = include_str!("../../configs/defaults.toml");

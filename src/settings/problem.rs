@@ -100,6 +100,11 @@ impl SettingsProblem {
     }
 }
 
+/// Problems without the lines that they are in, one below the other.
+pub fn joined(problems: &[SettingsProblem]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
 impl fmt::Display for SettingsProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let level = if self.is_warning { "warning" } else { "error" };

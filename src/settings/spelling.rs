@@ -15,3 +15,9 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
     let near = near.filter(|(edits, known)| *edits <= edits_max || is_part(known));
     near.min().map(|(_, known)| known)
 }
+
+/// The nearest known word as the end of a message, where one is near: `; did you mean "on"?`.
+pub fn near_hint<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let near = did_you_mean(word, known).filter(|near| *near != word);
+    near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default()
+}

@@ -93,6 +93,18 @@ impl Tree {
         }
     }
 
+    /// The span of the value at a dotted key, or of the last part of it that is there. In an array of
+    /// tables a part may be an index, or what an item is called: `type.block.naming`.
+    pub(crate) fn nearest_span(&self, key: &str) -> Option<Range<usize>> {
+        let mut parts = key.split(['.', '[', ']']).filter(|part| !part.is_empty());
+        let mut value = &self.0.get(parts.next()?)?.value;
+        for part in parts {
+            let Some(inner) = value.get_ref().part(part) else { break };
+            value = inner;
+        }
+        Some(value.span())
+    }
+
     /// The string at a dotted key.
     pub(crate) fn string(&self, key: &str) -> Option<&str> {
         match self.get(key)?.value.get_ref() {
@@ -169,6 +181,30 @@ impl Tree {
 }
 
 impl Node {
+    /// What a part of a key leads to.
+    fn part(&self, part: &str) -> Option<&Value> {
+        match self {
+            Self::Leaf(_) => None,
+            Self::Table(table) => table.0.get(part).map(|entry| &entry.value),
+            Self::Array(items) => {
+                let at = part.parse().ok().and_then(|idx: usize| items.get(idx));
+                let called = |item: &&Value| match item.get_ref() {
+                    Self::Table(table) => table.0.values().any(|entry| {
+                        matches!(entry.value.get_ref(),
+                            Self::Leaf(toml::Value::String(text)) if text == part)
+                    }),
+                    Self::Leaf(toml::Value::String(text)) => text == part,
+                    Self::Leaf(_) | Self::Array(_) => false,
+                };
+                let only = match items.as_slice() {
+                    [only] => only.get_ref().part(part),
+                    _ => None,
+                };
+                at.or_else(|| items.iter().find(called)).or(only)
+            }
+        }
+    }
+
     /// The same without spans.
     pub(crate) fn plain(&self) -> toml::Value {
         match self {

@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use thiserror::Error;
 
 use super::{Held, MotionConfig, SKILLS, Skill, SkillContext, SkillError};
 use crate::messages::{Motion, RobotState};
+use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext, PartError};
 use crate::pddl::{Domain, Name, Step};
 use crate::scene::SceneObject;
+use crate::settings::{SettingsProblem, TomlFile, joined, near_hint};
 
 /// The skills of a domain's actions.
 #[derive(Debug, Clone)]
@@ -20,17 +23,17 @@ pub struct SkillMap {
     skills: BTreeMap<String, Arc<dyn Skill>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BookFile {
     action: Vec<ActionSkills>,
 }
 
 /// How one action is carried out.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ActionSkills {
-    /// Name of the action schema that has no skill, or a wrong one.
+    /// Name of the action schema.
     pub name: Name,
     /// Whether it may be broken off before its point of no return.
     pub preempt: Preempt,
@@ -42,7 +45,7 @@ pub struct ActionSkills {
 }
 
 /// What to do with a running action that the plan no longer wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Preempt {
     /// Go up and keep what is held, wherever the motion allows it.
@@ -53,7 +56,7 @@ pub enum Preempt {
 }
 
 /// One skill with its parameters: `?x` is a parameter of the action.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 pub struct SkillCall {
     /// A key of [`SKILLS`].
     pub skill: String,
@@ -65,31 +68,13 @@ pub struct SkillCall {
 /// A `skills.toml` is not usable.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SkillMapError {
-    /// Not TOML, or not of the documented form.
-    #[error("{file}: {message}")]
-    Form {
-        /// Path of the `skills.toml`.
-        file: String,
-        /// What the parser says, with line and column.
-        message: String,
-    },
+    /// Not TOML, not of the documented form, or at odds with the domain or the skills that there
+    /// are: every fault at its place.
+    #[error("{}", joined(.0))]
+    File(Vec<SettingsProblem>),
     /// A skill cannot be made.
     #[error(transparent)]
     Part(#[from] PartError),
-    /// It contradicts the domain or the skills that there are.
-    #[error("{file}: action {action}: {field}: expected {expected}, got {got}")]
-    Value {
-        /// Path of the `skills.toml`.
-        file: String,
-        /// Name of the action schema that has no skill, or a wrong one.
-        action: Name,
-        /// The key.
-        field: String,
-        /// What may stand there.
-        expected: String,
-        /// What does.
-        got: String,
-    },
 }
 
 impl SkillMap {
@@ -101,42 +86,30 @@ impl SkillMap {
     /// Reads `skills.toml` and checks it against the domain; `file` is named in errors.
     ///
     /// # Errors
-    /// [`SkillMapError`] with file and key: unknown action, skill or parameter.
+    /// [`SkillMapError`] with file, line and key: unknown key, action, skill or parameter.
     pub fn parse(file: &str, text: &str, domain: &Domain) -> Result<Self, SkillMapError> {
-        let book: BookFile = toml::from_str(text)
-            .map_err(|e| SkillMapError::Form { file: file.to_owned(), message: e.to_string() })?;
+        let toml = TomlFile::parse(file, text).map_err(SkillMapError::File)?;
+        let book: BookFile = toml.read().map_err(SkillMapError::File)?;
+        let fault = |mismatch| SkillMapError::File(vec![toml.located(mismatch)]);
         let (mut actions, mut skills) = (BTreeMap::new(), BTreeMap::new());
-        for mut action in book.action {
-            let fault = |field: &str, expected: String, got: &str| SkillMapError::Value {
-                file: file.to_owned(),
-                action: action.name.clone(),
-                field: field.to_owned(),
-                expected,
-                got: got.to_owned(),
-            };
-            let schema = domain.action(action.name.as_str()).ok_or_else(|| {
-                fault("name", "an action of the domain".to_owned(), action.name.as_str())
-            })?;
-            let params: Vec<Name> = schema.params.iter().map(|p| p.name.clone()).collect();
-            for call in &action.sequence {
-                check_call(call, &params)
-                    .map_err(|(field, expected, got)| fault(&field, expected, &got))?;
+        for (idx, mut action) in book.action.into_iter().enumerate() {
+            let at = format!("action[{idx}]");
+            action.params = params_of(&action.name, &at, domain).map_err(fault)?;
+            for (idx, call) in action.sequence.iter().enumerate() {
+                let at = format!("{at}.sequence[{idx}]");
+                check_call(call, &at, &action.params).map_err(fault)?;
                 skills.insert(call.skill.clone(), built(&call.skill)?);
             }
             if actions.contains_key(&action.name) {
-                return Err(fault("name", "one entry per action".to_owned(), "two"));
+                let got = format!("a second one of {}", action.name);
+                return Err(fault(Mismatch::new(at + ".name", "one entry per action", got)));
             }
-            action.params = params;
             actions.insert(action.name.clone(), action);
         }
         if let Some(action) = domain.actions.iter().find(|a| !actions.contains_key(&a.name)) {
-            return Err(SkillMapError::Value {
-                file: file.to_owned(),
-                action: action.name.clone(),
-                field: "action".to_owned(),
-                expected: "an entry for every action of the domain".to_owned(),
-                got: "none".to_owned(),
-            });
+            let expected = "an entry for every action of the domain";
+            let got = format!("none for {}", action.name);
+            return Err(fault(Mismatch::new("action", expected, got)));
         }
         Ok(Self { actions, skills })
     }
@@ -210,27 +183,45 @@ fn built(name: &str) -> Result<Arc<dyn Skill>, PartError> {
     Ok(SKILLS.build(&context)?.into())
 }
 
-fn check_call(call: &SkillCall, params: &[Name]) -> Result<(), (String, String, String)> {
+/// The parameters of a domain's action; `at` is where its entry stands.
+fn params_of(name: &Name, at: &str, domain: &Domain) -> Result<Vec<Name>, Mismatch> {
+    let Some(action) = domain.action(name.as_str()) else {
+        let known: Vec<&str> = domain.actions.iter().map(|action| action.name.as_str()).collect();
+        let expected = format!("an action of the domain ({})", known.join(", "));
+        let got = format!("{name}{}", near_hint(name.as_str(), known));
+        return Err(Mismatch::new(format!("{at}.name"), expected, got));
+    };
+    Ok(action.params.iter().map(|param| param.name.clone()).collect())
+}
+
+/// Checks one skill of an action with these parameters; `at` is where it stands.
+fn check_call(call: &SkillCall, at: &str, params: &[Name]) -> Result<(), Mismatch> {
     let Some(skill) = SKILLS.get(&call.skill) else {
         let known: Vec<&str> = SKILLS.names().collect();
-        return Err(("skill".to_owned(), known.join(" or "), call.skill.clone()));
+        let got = format!("{}{}", call.skill, near_hint(&call.skill, known.clone()));
+        return Err(Mismatch::new(format!("{at}.skill"), known.join(" or "), got));
     };
-    let known = skill.described();
-    for param in known.iter().filter(|param| param.required) {
+    let described = skill.described();
+    let known: Vec<&str> = described.iter().map(|param| param.name.as_str()).collect();
+    // A misspelt parameter is why another one is missing.
+    if let Some(key) = call.args.keys().find(|key| !known.contains(&key.as_str())) {
+        let expected = format!("a parameter of {} ({})", call.skill, known.join(", "));
+        let got = format!("{key}{}", near_hint(key, known));
+        return Err(Mismatch::new(format!("{at}.{key}"), expected, got));
+    }
+    for param in described.iter().filter(|param| param.required) {
         if !call.args.contains_key(&param.name) {
-            let expected = format!("a value for {}", param.name);
-            return Err((call.skill.clone(), expected, "none".to_owned()));
+            let expected = format!("a value for {} of {}", param.name, call.skill);
+            return Err(Mismatch::new(at, expected, "none"));
         }
     }
     for (key, text) in &call.args {
-        if !known.iter().any(|param| param.name == *key) {
-            let known: Vec<&str> = known.iter().map(|param| param.name.as_str()).collect();
-            return Err((call.skill.clone(), known.join(", "), key.clone()));
-        }
-        let named = text.strip_prefix('?');
-        if named.is_some_and(|param| !params.iter().any(|p| *p == param)) {
-            let field = format!("{}.{key}", call.skill);
-            return Err((field, "a parameter of the action".to_owned(), text.clone()));
+        let Some(named) = text.strip_prefix('?') else { continue };
+        if !params.iter().any(|param| *param == named) {
+            let known: Vec<String> = params.iter().map(|param| format!("?{param}")).collect();
+            let expected = format!("a parameter of the action ({})", known.join(", "));
+            let near = near_hint(text, known.iter().map(String::as_str));
+            return Err(Mismatch::new(format!("{at}.{key}"), expected, format!("{text}{near}")));
         }
     }
     Ok(())

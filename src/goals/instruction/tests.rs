@@ -4,6 +4,7 @@ use super::super::{GoalError, GoalObject, Language, ParsedGoal, Reason, Referent
 use super::parse;
 use crate::geometry::PixelBox;
 use crate::pddl::{Domain, Name, SourceText, parse_domain};
+use crate::settings::joined;
 
 const BLOCKS: &str = include_str!("../../../domains/blocksworld/domain.pddl");
 const HANOI: &str = include_str!("../../../domains/hanoi/domain.pddl");
@@ -414,13 +415,24 @@ fn other_domains_need_other_words_only() {
 #[test]
 fn a_language_that_does_not_fit_its_domain_is_refused() {
     let check = |text: &str, wanted: &str| {
-        let error = Language::from_toml("words.toml", text)
-            .and_then(|language| parse("red over blue", &domain(BLOCKS), &language, &[]))
-            .unwrap_err();
-        assert!(error.to_string().contains(wanted), "{error}\nwanted: {wanted}");
+        let error = match Language::from_toml("words.toml", text) {
+            Ok(language) => {
+                parse("red over blue", &domain(BLOCKS), &language, &[]).unwrap_err().to_string()
+            }
+            Err(problems) => joined(&problems),
+        };
+        assert!(error.contains(wanted), "{error}\nwanted: {wanted}");
     };
-    check("examples = []\nfilers = []", "unknown field `filers`");
-    check("examples = 3", "line 1");
+    check(
+        "examples = []\nfilers = []",
+        "words.toml:2:1: error: filers: unknown key; did you mean fillers?",
+    );
+    check(
+        "examples = []\n[[noun]]\ntype = \"block\"\none = []\nmani = []",
+        "words.toml:5:1: error: noun[0].mani: unknown key; did you mean many?",
+    );
+    check("examples = 3", "words.toml:1:12: error: examples: expected an array, got 3");
+    check("examples = []\n[[position]]\npick = \"lft\"\nbefore = []", "words.toml:3:8: ");
     check("examples = []\n[[noun]]\ntype = \"ball\"\none = []\nmany = []", "no type \"ball\"");
     let relation = |phrases: &str, predicate: &str| {
         format!("examples = []\n[[relation]]\nphrases = {phrases}\npredicate = \"{predicate}\"\n")

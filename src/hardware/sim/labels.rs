@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
 use image::RgbImage;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::camera::model_of;
@@ -17,6 +18,7 @@ use crate::parts::PartError;
 use crate::pddl::{Atom, Condition, Domain, Name, Problem, Typed, print_problem};
 use crate::perception::model::{ObjectBox, Perception};
 use crate::perception::{DepthView, Detection, volume_of};
+use crate::settings::TomlFile;
 
 /// One labelled example, as its files.
 #[derive(Debug, Clone)]
@@ -84,13 +86,13 @@ pub struct Labeller<'a> {
 }
 
 /// `scenes/labels.toml`: which predicate says what is really there.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Labels {
     label: Vec<Label>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Label {
     predicate: Name,
@@ -98,7 +100,7 @@ struct Label {
 }
 
 /// A true relation between two bodies of the types that the predicate wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Relation {
     /// The first rests on the second.
@@ -149,7 +151,7 @@ fn labels_file(folder: &Folder) -> FileRef {
 
 fn read_labels(folder: &Folder) -> Result<Labels, PartError> {
     let file = labels_file(folder);
-    toml::from_str(&file.text()?).map_err(|e| fault(&file, e))
+    Ok(TomlFile::parse(&file.to_string(), &file.text()?)?.read()?)
 }
 
 fn fault(file: &FileRef, reason: impl std::fmt::Display) -> PartError {

@@ -18,6 +18,7 @@ use crate::hardware::{Arm, FaultConfig, Robot, Sequencer, Target};
 use crate::messages::{Command, CommandKind, RobotState, Status, StatusKind};
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
+use crate::settings::TomlFile;
 
 /// Control periods per second of the simulated robot.
 const CONTROL_HZ: u64 = 120;
@@ -179,9 +180,10 @@ impl SimHardware {
 /// Reads a scene file.
 ///
 /// # Errors
-/// [`PartError::File`] naming file and line.
+/// [`PartError::File`] when it cannot be read, [`PartError::Problems`]: every unknown key and wrong
+/// value, with file and line.
 pub fn read_scene(file: &FileRef) -> Result<SceneSpec, PartError> {
-    toml::from_str(&file.text()?).map_err(|e| PartError::file(file.to_string(), e.to_string()))
+    Ok(TomlFile::parse(&file.to_string(), &file.text()?)?.read()?)
 }
 
 impl Hardware {

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::error::{PerceptionError, value};
+use super::error::{PerceptionError, value, with_hint};
 use crate::pddl::Name;
 
 /// One visible type, for the detectors.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TypeSpec {
     /// One of the domain's types; each at most once.
@@ -30,7 +31,7 @@ pub struct TypeSpec {
 }
 
 /// What the visible part of an object of one type looks like.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Appearance {
     /// The outline.
@@ -50,7 +51,7 @@ pub struct Appearance {
 }
 
 /// An outline in the image.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
 pub enum Shape {
     /// One connected patch.
@@ -67,7 +68,7 @@ pub enum Shape {
 }
 
 /// How the hidden depth of an object is guessed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DepthRule {
     /// As deep as it is wide.
@@ -76,7 +77,7 @@ pub enum DepthRule {
 }
 
 /// How detections of one type become named objects.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Naming {
     /// Which of several detections is named first.
@@ -90,7 +91,7 @@ pub struct Naming {
 }
 
 /// An order over detections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
     /// By the box's centre column.
@@ -102,7 +103,9 @@ pub enum Order {
 }
 
 /// A colour in sRGB, written `"#rrggbb"`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 pub struct Srgb(pub [u8; 3]);
 
@@ -137,7 +140,9 @@ impl TypeSpec {
         for colour in &self.colours {
             if shades.get(colour).is_none_or(Vec::is_empty) {
                 let field = format!("type.{}.colours", self.name);
-                return Err(value(field, "colours that [colours] describes", colour));
+                let known = shades.keys().map(Name::as_str);
+                let got = with_hint(colour.as_str(), known);
+                return Err(value(field, "colours that [colours] describes", got));
             }
         }
         self.appearance.as_ref().map_or(Ok(()), |appearance| {

@@ -1,13 +1,14 @@
 //! `[constraints]` of `perception.toml`: what every consistent set of observed facts obeys.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::error::{PerceptionError, arity, value};
-use super::features::feature_by_name;
+use super::error::{PerceptionError, arity, value, with_hint};
+use super::features::{FEATURES, feature_by_name};
 use crate::pddl::{Domain, Name};
 
 /// Properties that every consistent set of observed facts has.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Constraints {
     /// Binary predicates with at most one second argument per first.
@@ -44,7 +45,7 @@ pub struct Constraints {
 
 /// A group of predicates of which each object has exactly one atom ("at one place, or carried"). As
 /// for `exactly_one`, labelled examples that show an object without any leave "at most one".
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExactlyOneOf {
     /// The places of the object, counted from 1, as in `["at.1", "carry.2"]`.
@@ -52,7 +53,7 @@ pub struct ExactlyOneOf {
 }
 
 /// An argument of a predicate, written as in `carry.2`.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 pub struct PredicateArgument {
     /// One of the observed predicates.
@@ -65,7 +66,7 @@ pub struct PredicateArgument {
 ///
 /// So the second is beneath the first, and no gap is between them: a gap, or an object over the
 /// ground with nothing beneath it, is explained by no fact.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// One of the observed predicates.
@@ -79,7 +80,7 @@ pub struct Support {
 }
 
 /// A further feature that a predicate is judged by; the opinions of all its features add up.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureVote {
     /// The predicate; an observed one.
@@ -99,9 +100,9 @@ impl TryFrom<String> for PredicateArgument {
             Some((name, n @ 1..)) if !name.is_empty() => {
                 Ok(Self { predicate: Name::new(name), argument: n - 1 })
             }
-            _ => {
-                Err(format!("expected a predicate and an argument such as \"at.1\", got {text:?}"))
-            }
+            _ => Err(format!(
+                "expected a predicate and an argument such as \"at.1\", got \"{text}\""
+            )),
         }
     }
 }
@@ -183,7 +184,9 @@ impl FeatureVote {
             let Some(name) = name else { continue };
             if feature_by_name(name).is_none_or(|feature| feature.arity != n) {
                 let field = format!("constraints.second_opinion.{key}");
-                return Err(value(field, format!("a feature of {n} objects"), name));
+                let known = FEATURES.iter().filter(|feature| feature.arity == n);
+                let got = with_hint(name, known.map(|feature| feature.name));
+                return Err(value(field, format!("a feature of {n} objects"), got));
             }
         }
         Ok(())

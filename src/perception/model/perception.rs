@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::appearance::{Srgb, TypeSpec};
 use super::constraints::Constraints;
-use super::error::{PerceptionError, arity, value};
-use super::features::{Needs, feature_by_name};
+use super::error::{PerceptionError, arity, value, with_hint};
+use super::features::{FEATURES, Needs, feature_by_name};
 use crate::pddl::{Domain, Name};
+use crate::settings::TomlFile;
 
 /// The perception file of a domain, as written and checked.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Perception {
     /// Colour names and the shades people call so.
@@ -38,7 +40,7 @@ pub struct Perception {
 }
 
 /// An object that is always there and never seen.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Implied {
     /// How plans and facts call it, such as `arm`.
@@ -49,7 +51,7 @@ pub struct Implied {
 }
 
 /// A predicate judged from the image.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedSpec {
     /// One of the domain's, of one or two arguments.
@@ -65,7 +67,7 @@ pub struct ObservedSpec {
 }
 
 /// A predicate read off the robot's own state.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Proprioceptive {
     /// One of the domain's, of one or two arguments.
@@ -78,7 +80,7 @@ pub struct Proprioceptive {
 }
 
 /// The state of the gripper in which a proprioceptive predicate holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum When {
     /// Nothing is held.
@@ -91,12 +93,12 @@ impl Perception {
     /// Reads a perception file and checks it by itself; `file` is named in errors.
     ///
     /// # Errors
-    /// [`PerceptionError::Form`] with line and column for bad TOML or unknown keys,
-    /// [`PerceptionError::Value`] for values out of range.
+    /// [`PerceptionError::File`]: every unknown key and wrong value, with line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, PerceptionError> {
-        let perception: Self = toml::from_str(text)
-            .map_err(|e| PerceptionError::Form { file: file.to_owned(), message: e.to_string() })?;
-        perception.types.iter().try_for_each(|t| t.check(&perception.colours))?;
+        let toml = TomlFile::parse(file, text).map_err(PerceptionError::File)?;
+        let perception: Self = toml.read().map_err(PerceptionError::File)?;
+        let checked = perception.types.iter().try_for_each(|t| t.check(&perception.colours));
+        checked.map_err(|error| error.in_file(file, text))?;
         Ok(perception)
     }
 
@@ -108,7 +110,9 @@ impl Perception {
     pub fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
         let known = domain.known_types();
         let want_type = |field: String, name: &Name| {
-            known.contains(name).then_some(()).ok_or_else(|| value(field, "a type", name))
+            let words = || known.iter().map(|known| known.as_str());
+            let fault = || value(field, "a type", with_hint(name.as_str(), words()));
+            known.contains(name).then_some(()).ok_or_else(fault)
         };
         for spec in &self.types {
             want_type(format!("type.{}.name", spec.name), &spec.name)?;
@@ -146,7 +150,7 @@ impl Perception {
 impl ObservedSpec {
     fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
         let field = format!("observed.{}", self.predicate);
-        let n = arity(domain, "observed.predicate", &self.predicate)?;
+        let n = arity(domain, &format!("{field}.predicate"), &self.predicate)?;
         if n != 1 && n != 2 {
             return Err(value(field, "a predicate of one or two objects", format!("{n}")));
         }
@@ -167,7 +171,10 @@ impl ObservedSpec {
         ] {
             let Some(name) = name else { continue };
             let Some(feature) = feature_by_name(name) else {
-                return Err(value(format!("{field}.{key}"), "a known feature", name));
+                let known = FEATURES.iter().map(|feature| feature.name);
+                let got = with_hint(name, known.clone());
+                let expected = known.collect::<Vec<_>>().join(" or ");
+                return Err(value(format!("{field}.{key}"), expected, got));
             };
             if feature.arity != n {
                 let expected = format!("a feature of {n} objects");
@@ -190,7 +197,8 @@ impl ObservedSpec {
 impl Proprioceptive {
     fn check(&self, domain: &Domain, implied: &[Implied]) -> Result<(), PerceptionError> {
         let field = format!("proprioceptive.{}.args", self.predicate);
-        let n = arity(domain, "proprioceptive.predicate", &self.predicate)?;
+        let at = format!("proprioceptive.{}.predicate", self.predicate);
+        let n = arity(domain, &at, &self.predicate)?;
         if self.args.len() != n {
             return Err(value(field, format!("{n} arguments"), self.args.len()));
         }
@@ -242,8 +250,17 @@ mod tests {
 
     #[test]
     fn a_misspelt_key_is_refused_with_its_line() {
-        check("fill_min", "fil_min", "unknown field `fil_min`");
-        check("fill_min", "fil_min", "line ");
+        let expect = "p.toml:53:1: error: type[0].appearance.fil_min: unknown key; did you mean \
+                      fill_min?";
+        check("fill_min", "fil_min", expect);
+        check("[[observed]]", "[[observd]]", "observd: unknown key; did you mean observed?");
+        check("template", "templat", "type[0].naming.templat: unknown key; did you mean template?");
+        check("[[constraints.support]]", "[[constraints.suport]]", "did you mean support?");
+        check(
+            "order = \"left_to_right\"",
+            "order = \"left_to_rigt\"",
+            "did you mean \"left_to_right\"?",
+        );
     }
 
     #[test]
