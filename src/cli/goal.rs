@@ -13,7 +13,7 @@ use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A domain folder.
+    /// A domain folder, or the name of a shipped domain.
     #[arg(long)]
     domain: PathBuf,
     /// The goal: a sentence, or PDDL for the kind "logical".
@@ -39,7 +39,7 @@ pub(super) struct Args {
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    let folder = DomainFolder::read(&args.domain)?;
+    let folder = DomainFolder::given(&args.domain)?;
     let mut objects = Vec::new();
     for text in args.objects.iter().flat_map(|list| list.split_whitespace()) {
         let (name, type_name, pixel_box) = object(text).ok_or_else(|| {

@@ -16,7 +16,7 @@ use crate::run::{ConfigError, DomainFolder, ExemplarFiles, StillImageParts, envi
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A domain folder.
+    /// A domain folder, or the name of a shipped domain.
     #[arg(long)]
     domain: PathBuf,
     /// The image (PNG or JPEG).
@@ -68,7 +68,7 @@ pub(super) struct Args {
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    let folder = Arc::new(DomainFolder::read(&args.domain)?);
+    let folder = Arc::new(DomainFolder::given(&args.domain)?);
     let (image, boxes, state) = (&args.exemplar_image, &args.exemplar_boxes, &args.exemplar_state);
     let example = ExemplarFiles::on_disk(image, boxes, state).read(&folder)?;
     let options = args.detector_options.as_deref();

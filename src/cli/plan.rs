@@ -12,11 +12,11 @@ use crate::pddl::{
 };
 use crate::planners::{PLANNERS, PlanQuery, Planner, PlannerInputs};
 use crate::planning::{Budget, Outcome, Plan, PlanRequest, Proof, Validation, validate};
-use crate::run::{ConfigError, environment, read_text};
+use crate::run::{ConfigError, environment, given_domain, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A domain file, or a domain folder.
+    /// A domain file, a domain folder, or the name of a shipped domain.
     #[arg(long)]
     domain: PathBuf,
     /// A problem file.
@@ -45,14 +45,22 @@ pub(super) struct Task {
     pub(super) problem: Problem,
 }
 
-/// Reads and checks a domain (file or folder) and a problem.
+/// Reads and checks a domain (file, folder or name) and a problem.
 pub(super) fn read_task(domain: &Path, problem: &Path) -> Result<Task, Failure> {
-    let file = if domain.is_dir() { domain.join("domain.pddl") } else { domain.to_owned() };
-    let text = source(&file)?;
+    let text = domain_source(domain)?;
     let domain = warned(&text, parse_domain(&text)?);
     let text = source(problem)?;
     let problem = warned(&text, parse_problem(&text, &domain)?);
     Ok(Task { domain, problem })
+}
+
+/// Reads a domain file: itself, in a folder, or in a shipped domain.
+fn domain_source(domain: &Path) -> Result<SourceText, Failure> {
+    if domain.is_file() || domain.extension().is_some_and(|ending| ending == "pddl") {
+        return source(domain);
+    }
+    let file = given_domain(domain)?.file("domain.pddl");
+    Ok(SourceText { name: file.to_string(), text: file.text().map_err(ConfigError::from)? })
 }
 
 /// Reads a PDDL file.

@@ -10,7 +10,7 @@ use crate::planning::{PlanRequest, Validation, validate};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A domain file, or a domain folder.
+    /// A domain file, a domain folder, or the name of a shipped domain.
     #[arg(long)]
     domain: PathBuf,
     /// A problem file.

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-pub use shipped::shipped_names;
 use shipped::{embedded, embedded_below};
+pub use shipped::{shipped_domains, shipped_names};
 
 /// A file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -27,6 +27,17 @@ pub(super) fn embedded_below(folder: &str) -> Vec<String> {
     below.filter(|name| !name.contains('/')).collect()
 }
 
+/// Names of the shipped domains, in order.
+pub fn shipped_domains() -> Vec<String> {
+    let name = |path: &str| {
+        let (name, file) = path.strip_prefix("domains/")?.split_once('/')?;
+        (file == "domain.pddl").then(|| name.to_owned())
+    };
+    let mut names: Vec<String> = Domains::iter().filter_map(|path| name(&path)).collect();
+    names.sort_unstable();
+    names
+}
+
 /// Names of the shipped run files, in order.
 pub fn shipped_names() -> Vec<String> {
     let mut names: Vec<String> = embedded_below("configs");

@@ -5,7 +5,7 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 use super::ConfigError;
-use super::find::find_domain;
+use super::find::{find_domain, given_domain, no_domain};
 use crate::files::Folder;
 use crate::goals::Language;
 use crate::pddl::{Axiom, Domain, SourceText, parse_domain, parse_rules};
@@ -46,12 +46,17 @@ impl DomainFolder {
     pub fn find(name: &str, beside: &Folder) -> Result<Self, ConfigError> {
         match find_domain(name, beside) {
             Some(folder) => Self::read_files(&folder),
-            None => Err(ConfigError::Value {
-                key: "domain".to_owned(),
-                expected: "a folder with a domain.pddl, or the name of one in domains/".to_owned(),
-                got: name.to_owned(),
-            }),
+            None => Err(no_domain("domain", name)),
         }
+    }
+
+    /// Finds and reads a domain folder as it is given on the command line: its path, or the name of a
+    /// shipped one.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the file and line.
+    pub fn given(path: &Path) -> Result<Self, ConfigError> {
+        Self::read_files(&given_domain(path)?)
     }
 
     /// The way from detections to facts, with a grounder for this domain.

@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
-use crate::files::{FileRef, Folder, shipped_names};
-use crate::settings::did_you_mean;
+use super::ConfigError;
+use crate::files::{FileRef, Folder, shipped_domains, shipped_names};
+use crate::mismatch::Mismatch;
+use crate::settings::{did_you_mean, near_hint};
 
 /// Finds a run file by its path, or by the name of a shipped one. `beside` is the folder of the file
 /// that names it.
@@ -50,6 +52,27 @@ pub(super) fn find_domain(name: &str, beside: &Folder) -> Option<Folder> {
     }
     candidates.push(shipped);
     candidates.into_iter().find(|folder| folder.file("domain.pddl").exists())
+}
+
+/// A domain folder as it is given on the command line: its path, or the name of a shipped one.
+///
+/// # Errors
+/// [`ConfigError::Mismatch`] with the names of the shipped ones.
+pub(crate) fn given_domain(path: &Path) -> Result<Folder, ConfigError> {
+    let here = Folder::default();
+    match path.to_str() {
+        Some(name) => find_domain(name, &here).ok_or_else(|| no_domain("--domain", name)),
+        None => Ok(Folder::Disk(path.to_owned())),
+    }
+}
+
+/// There is no such domain; `key` names it.
+pub(super) fn no_domain(key: &str, name: &str) -> ConfigError {
+    let shipped = shipped_domains();
+    let list = shipped.join(", ");
+    let expected = format!("a folder with a domain.pddl, or the name of a shipped domain ({list})");
+    let near = near_hint(name, shipped.iter().map(String::as_str));
+    Mismatch::new(key, expected, format!("{name}{near}")).into()
 }
 
 /// A run file as it is given on the command line.
