@@ -31,6 +31,22 @@ pub struct FaultConfig {
 impl FaultConfig {
     /// What is wrong with when it happens; `at` is where it stands.
     pub(crate) fn mismatch(&self, at: &str) -> Option<Mismatch> {
+        self.when(at).or_else(|| self.number(at))
+    }
+
+    /// A number that is no time or count.
+    fn number(&self, at: &str) -> Option<Mismatch> {
+        for (key, seconds) in [("at_s", self.at_s), ("after_s", self.after_s)] {
+            if let Some(got) = seconds.filter(|s| !(s.is_finite() && *s >= 0.0)) {
+                let expected = "a finite number, 0 or more";
+                return Some(Mismatch::new(format!("{at}.{key}"), expected, got));
+            }
+        }
+        let nth = self.nth.filter(|nth| *nth == 0)?;
+        Some(Mismatch::new(format!("{at}.nth"), "an integer, 1 or more", nth))
+    }
+
+    fn when(&self, at: &str) -> Option<Mismatch> {
         let either = |got: &str| Some(Mismatch::new(at, "either at_s or during", got));
         match (&self.at_s, &self.during) {
             (Some(_), Some(_)) => either("both"),

@@ -10,13 +10,15 @@ use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
 use crate::files::{FileRef, Folder};
+#[cfg(feature = "sim")]
+use crate::hardware::sim::{fault_mismatches, read_scene};
 use crate::hardware::{EXTERNAL, FaultConfig};
 use crate::mismatch::Mismatch;
 use crate::parts::PartChoice;
 use crate::pddl::Name;
 use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
 use crate::planners::PlannerConfig;
-use crate::settings::{LayerOrigin, Layers, SettingsProblem, did_you_mean};
+use crate::settings::{LayerOrigin, Layers, SettingsProblem, near_hint};
 use crate::skills::MotionConfig;
 
 /// A run file: everything that an episode needs to know. `configs/defaults.toml` is the reference of
@@ -240,7 +242,8 @@ impl RunConfig {
         DomainFolder::find(&self.domain, if is_set { &here } else { &self.origin.folder })
     }
 
-    /// Checks what names something of the domain: the steps that faults wait for.
+    /// Checks what names something of the domain or of the simulated scene: the steps that faults
+    /// wait for, and the objects that they are done to.
     ///
     /// # Errors
     /// [`ConfigError::Problems`], each with file and line.
@@ -261,14 +264,27 @@ impl RunConfig {
                 folder.domain.name,
                 known.join(", ")
             );
-            let near = did_you_mean(name.as_str(), known).filter(|near| name != *near);
-            let near = near.map(|near| format!("; did you mean \"{near}\"?")).unwrap_or_default();
+            let near = near_hint(name.as_str(), known);
             let at = format!("fault[{idx}].during");
             Some(self.located(Mismatch::new(at, expected, format!("\"{said}\"{near}"))))
         };
-        let problems: Vec<SettingsProblem> =
+        #[cfg_attr(not(feature = "sim"), expect(unused_mut, reason = "of the simulator"))]
+        let mut problems: Vec<SettingsProblem> =
             self.fault.iter().enumerate().filter_map(unknown).collect();
+        #[cfg(feature = "sim")]
+        problems.extend(self.unknown_objects(folder)?);
         if problems.is_empty() { Ok(()) } else { Err(problems.into()) }
+    }
+
+    /// Objects of faults that are not in the simulated scene.
+    #[cfg(feature = "sim")]
+    fn unknown_objects(&self, folder: &DomainFolder) -> Result<Vec<SettingsProblem>, ConfigError> {
+        if self.fault.is_empty() {
+            return Ok(Vec::new());
+        }
+        let scene = read_scene(&folder.files.file(&self.sim()?.scene))?;
+        let found = fault_mismatches(&scene, &self.fault).into_iter();
+        Ok(found.map(|mismatch| self.located(mismatch)).collect())
     }
 
     /// A mismatch with the place where its key was written.

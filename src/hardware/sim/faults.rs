@@ -1,9 +1,11 @@
 //! When the scheduled disturbances of a run file happen.
 
-use groundloop_sim::FaultAction;
+use groundloop_sim::{FaultAction, SceneSpec, Shape};
 
 use crate::hardware::FaultConfig;
+use crate::mismatch::Mismatch;
 use crate::pddl::Step;
+use crate::settings::near_hint;
 
 /// The disturbances that have not happened yet.
 #[derive(Debug, Clone, Default)]
@@ -67,6 +69,36 @@ impl FaultSchedule {
         let due: Vec<Scheduled> = due;
         due.into_iter().map(|fault| fault.action).collect()
     }
+}
+
+/// What faults name that a scene does not have, each by its key.
+pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismatch> {
+    let unknown = |(idx, fault): (usize, &FaultConfig)| {
+        let action: FaultAction = fault.action.clone().try_into().ok()?;
+        let (object, kind): (_, fn(&Shape) -> bool) = match &action {
+            FaultAction::Displace { object, .. } | FaultAction::KnockOver { object } => {
+                (object, |shape| !shape.is_fixed())
+            }
+            FaultAction::BesidePeg { object } => {
+                (object, |shape| matches!(shape, Shape::Disk { .. }))
+            }
+            FaultAction::TakeFromGripper {} => return None,
+        };
+        let fits = scene.bodies.iter().filter(|body| kind(&body.shape));
+        let known: Vec<&str> = fits.map(|body| body.name.as_str()).collect();
+        if known.contains(&object.as_str()) {
+            return None;
+        }
+        let what = match &action {
+            FaultAction::BesidePeg { .. } => "a disk",
+            _ => "an object that can move",
+        };
+        let list = if known.is_empty() { "there is none".to_owned() } else { known.join(", ") };
+        let expected = format!("{what} of the scene ({list})");
+        let got = format!("\"{object}\"{}", near_hint(object, known));
+        Some(Mismatch::new(format!("fault[{idx}].action.object"), expected, got))
+    };
+    faults.iter().enumerate().filter_map(unknown).collect()
 }
 
 /// Whether a pattern is the step, or its action: `stack` fits `(stack a b arm)`.

@@ -14,6 +14,8 @@ mod ports;
 #[cfg(feature = "sim")]
 pub use camera::{SimCamera, model_of};
 #[cfg(feature = "sim")]
+pub use faults::fault_mismatches;
+#[cfg(feature = "sim")]
 pub use groundloop_sim::FaultAction;
 #[cfg(feature = "sim")]
 pub use labels::{
