@@ -142,7 +142,11 @@ impl<'a> Keys<'a> {
                 Value::Null => Has::None,
                 Value::Array(items) if items.is_empty() => Has::Nothing,
                 Value::Object(map) if map.is_empty() => Has::Nothing,
-                _ => Has::Value,
+                Value::Bool(_)
+                | Value::Number(_)
+                | Value::String(_)
+                | Value::Array(_)
+                | Value::Object(_) => Has::Value,
             };
             self.found.insert(name.clone(), has);
             let inner = self.resolve(property);
@@ -152,10 +156,7 @@ impl<'a> Keys<'a> {
         // Each part has options of its own, whose defaults stand below [options.ROLE.PART].
         for rule in schema["allOf"].as_array().into_iter().flatten() {
             let (key, part) = rule["if"]["properties"].as_object().unwrap().iter().next().unwrap();
-            let role = match (name, key.as_str()) {
-                ("perception", role) => role,
-                (role, _) => role,
-            };
+            let role = if name == "perception" { key.as_str() } else { name };
             for options in rule["then"]["properties"].as_object().into_iter().flatten() {
                 let within = format!("options.{role}.{}", part["const"].as_str().unwrap());
                 self.table(self.resolve(options.1), &within);

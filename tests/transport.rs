@@ -147,3 +147,28 @@ async fn a_long_message_grows_the_memory() {
     goal.publish(task(0), &long).unwrap();
     assert_eq!(reader.newest().await.unwrap().records(), &long[..]);
 }
+
+/// What cannot be opened is told in words, with what to do.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_does_not_open_is_told_with_its_remedy() {
+    let test = open("refused");
+    let writers: Result<Vec<Publisher<TaskHeader, u8>>, _> =
+        (0..=GOAL.writers_max).map(|_| test.bus.publisher(&GOAL)).collect();
+    let said = writers.map(drop).unwrap_err().to_string();
+    let expected = "cannot open shared memory for topic goal: exceeds max supported publishers \
+                    (another process writes it already: end it, or give this run a `run` of its own)";
+    assert_eq!(said, expected);
+    let _goal: Publisher<TaskHeader, u8> = test.bus.publisher(&GOAL).unwrap();
+    let readers: Result<Subscriber<TaskHeader, SceneRecord>, _> =
+        test.bus.subscriber(&GOAL, Depth::newest());
+    let said = readers.map(drop).unwrap_err().to_string();
+    assert!(said.contains("incompatible types (a process of another version of"), "{said}");
+    let long = Bus::open(&test.run.bus(&"x".repeat(300))).unwrap();
+    let said = long.publisher::<TaskHeader, u8>(&GOAL).map(drop).unwrap_err().to_string();
+    assert!(
+        said.ends_with(
+            "exceeds maximum length (the name or path is too long: choose a shorter `run`)"
+        ),
+        "{said}"
+    );
+}

@@ -45,7 +45,7 @@ pub enum FaultAction {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FaultError {
     /// There is no such object, or it is fixed.
-    #[error("fault: expected the name of a block or disk, got {object:?}")]
+    #[error("fault: expected the name of a block or disk, got \"{object}\"")]
     UnknownObject {
         /// The name.
         object: String,

@@ -146,7 +146,7 @@ pub enum SceneError {
         got: f64,
     },
     /// Two bodies share a name, or a name is empty.
-    #[error("body names must be unique and not empty: {name:?}")]
+    #[error("body names must be unique and not empty: \"{name}\"")]
     BadName {
         /// The name.
         name: String,
@@ -174,7 +174,7 @@ pub enum SceneError {
         kind: &'static str,
     },
     /// The arrangement names a body that is not in the scene or is of another kind.
-    #[error("{field} of the arrangement: expected the name of a {expected}, got {name:?}")]
+    #[error("{field} of the arrangement: expected the name of a {expected}, got \"{name}\"")]
     UnknownBody {
         /// The field.
         field: &'static str,

@@ -174,7 +174,7 @@ impl TryFrom<ColourText> for Colour {
                 let [_, red, green, blue] = value.to_be_bytes();
                 Ok(Self([red, green, blue]))
             }
-            _ => Err(format!("expected a colour like \"#c82828\", got {hex:?}")),
+            _ => Err(format!("expected a colour like \"#c82828\", got \"{hex}\"")),
         }
     }
 }

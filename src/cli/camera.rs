@@ -17,21 +17,21 @@ pub(super) struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Source {
-    /// Photographs from a folder (or one file), each shown for a while, again and again.
+    /// Publish the photographs of a folder, or one file, each for a while, again and again.
     Images {
         /// The folder, or one image.
         path: PathBuf,
         /// Frames per second.
-        #[arg(long, default_value_t = 5.0)]
+        #[arg(long, value_name = "HZ", default_value_t = 5.0)]
         fps: f64,
-        /// Name of the run that looks.
+        /// The name of the run that looks.
         #[arg(long, value_name = "NAME")]
         run: String,
         /// Frames that each photograph is shown for.
-        #[arg(long, default_value_t = 10)]
+        #[arg(long, value_name = "N", default_value_t = 10)]
         repeat: u64,
         /// Stops after this many frames; without it, goes on until it is stopped.
-        #[arg(long)]
+        #[arg(long, value_name = "N")]
         frames: Option<u64>,
     },
 }
@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let n_images = find_images(path).map_err(Failure::bad_input)?.len();
         let camera = ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
         let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
-        out::note(&format!("publishing {n_images} images at {fps} Hz to run {run:?}"));
+        out::note(&format!("publishing {n_images} images at {fps} Hz to run \"{run}\""));
         let serve = camera::serve(bus, Box::new(camera), Monitor::default());
         tokio::select! {
             ended = serve => ended.map_err(Failure::internal)?,

@@ -10,12 +10,12 @@ use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The run file: its `[camera]`, `[robot]` and `[sim]`.
+    /// The run file, or the name of a shipped one: its `[camera]`, `[robot]` and `[sim]`.
     config: PathBuf,
     /// Overrides a key of the run file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Name of the run that they serve.
+    /// The name of the run that they serve.
     #[arg(long, value_name = "NAME")]
     run: String,
 }
@@ -48,7 +48,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
                 spec.name
             })
             .collect();
-        out::note(&format!("playing {} of run {:?}", names.join(" and "), args.run));
+        out::note(&format!("playing {} of run \"{}\"", names.join(" and "), args.run));
         tokio::select! {
             ended = playing.join_next() => if let Some(ended) = ended {
                 ended.map_err(Failure::internal)?.map_err(Failure::internal)?;

@@ -12,6 +12,7 @@ use super::request::redacted;
 use super::retry::{self, Fault};
 use super::{Header, Method, Reply, Request, RetryPolicy, WebError, shown_url};
 use crate::clock::monotonic_ns;
+use crate::mismatch::quoted;
 
 /// Most requests that wait for the client's thread; further ones are refused.
 const REQUESTS_MAX: usize = 64;
@@ -133,7 +134,7 @@ fn prepared(request: &Request) -> Result<reqwest::Request, WebError> {
     for header in &request.headers {
         let (name, value) = header_of(header).ok_or_else(|| {
             let expected = "a header that HTTP allows: printable characters only";
-            bad(format!("header {:?}", header.name), expected, "others".to_owned())
+            bad(format!("header {}", quoted(&header.name)), expected, "others".to_owned())
         })?;
         prepared.headers_mut().insert(name, value);
     }

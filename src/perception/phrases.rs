@@ -79,18 +79,18 @@ pub fn merge(
         let overlaps = detections.iter().map(|d| d.pixel_box.iou(&place.pixel_box)).enumerate();
         // The first of equals, as `argmax` has it.
         let Some((idx, iou)) = overlaps.reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
-            merged.unplaced.push(format!("{phrase:?}: no object is seen"));
+            merged.unplaced.push(format!("\"{phrase}\": no object is seen"));
             continue;
         };
         if rule == MergeRule::Fitting && iou < PHRASE_IOU_MIN {
             merged.unplaced.push(format!(
-                "{phrase:?}: no object is where it was found (greatest overlap {iou:.2}, expected \
+                "\"{phrase}\": no object is where it was found (greatest overlap {iou:.2}, expected \
                  at least {PHRASE_IOU_MIN})"
             ));
         } else if taken.contains(&idx) {
-            merged.unplaced.push(format!("{phrase:?}: {} fits better there", merged.names[idx]));
+            merged.unplaced.push(format!("\"{phrase}\": {} fits better there", merged.names[idx]));
         } else if merged.names.iter().enumerate().any(|(i, n)| *n == name && i != idx) {
-            merged.unplaced.push(format!("{phrase:?}: another object has that name"));
+            merged.unplaced.push(format!("\"{phrase}\": another object has that name"));
         } else {
             taken.insert(idx);
             merged.names[idx] = name.clone();

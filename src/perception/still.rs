@@ -50,7 +50,7 @@ pub fn detect_objects(
             || own_names.contains(&name_of_phrase(asked))
     };
     let unanswered = phrases.iter().filter(|asked| !is_answered(asked));
-    unplaced.extend(unanswered.map(|phrase| format!("{phrase:?}: nothing fits it")));
+    unplaced.extend(unanswered.map(|phrase| format!("\"{phrase}\": nothing fits it")));
     let named = merged.names.into_iter().zip(&detections.objects);
     let boxes = named.map(|(name, detection)| detection.object(name)).collect();
     Ok(NamedObjects { detections, boxes, unplaced })

@@ -144,7 +144,11 @@ impl From<PartError> for ConfigError {
     fn from(error: PartError) -> Self {
         match error {
             PartError::Problems(problems) => Self::Problems(problems),
-            other => Self::Part(other),
+            other @ (PartError::Unknown(_)
+            | PartError::Missing { .. }
+            | PartError::Options { .. }
+            | PartError::File { .. }
+            | PartError::Inputs { .. }) => Self::Part(other),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::files::{FileRef, Folder};
 #[cfg(feature = "sim")]
 use crate::hardware::sim::{fault_mismatches, read_scene};
 use crate::hardware::{EXTERNAL, FaultConfig};
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartChoice;
 use crate::pddl::Name;
 use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
@@ -351,7 +351,7 @@ impl RobotConfig {
                 if !motion.reaches(*pose) {
                     let expected = "a position within reach_x_m and reach_y_m, above table_z_m";
                     let at = format!("robot.motion.view_poses[{idx}]");
-                    found.push(Mismatch::new(at, expected, format!("{pose:?}")));
+                    found.push(Mismatch::new(at, expected, listed(pose)));
                 }
             }
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Workload;
 use crate::files::FileRef;
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, quoted};
 use crate::planners::PlannerConfig;
 use crate::run::{ConfigError, Layered, file_schema, schema_with_parts};
 use crate::settings::Form;
@@ -110,7 +110,9 @@ impl TryFrom<RateText> for Rate {
             RateText::Hz(hz) if hz.is_finite() && hz > 0.0 => Ok(Self::Hz(hz)),
             RateText::Word(word) if word == "max" => Ok(Self::Max),
             RateText::Hz(got) => Err(format!("expected a positive number, got {got}")),
-            RateText::Word(got) => Err(format!("expected a number or \"max\", got {got:?}")),
+            RateText::Word(got) => {
+                Err(format!("expected a number or \"max\", got {}", quoted(&got)))
+            }
         }
     }
 }

@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use hdrhistogram::Histogram;
 use hdrhistogram::serialization::V2DeflateSerializer;
-use hdrhistogram::serialization::interval_log::{IntervalLogWriterBuilder, Tag};
+use hdrhistogram::serialization::interval_log::{
+    IntervalLogWriterBuilder, IntervalLogWriterError, Tag,
+};
 
 use super::measure::{AllSamples, Key, Samples, Timing};
 use crate::run::ConfigError;
@@ -67,10 +69,14 @@ fn log(entries: &[(&Key, &Samples)]) -> Result<Vec<u8>, String> {
                 Histogram::<u64>::new_with_bounds(1, NS_MAX, 3).map_err(|e| e.to_string())?;
             samples.all().for_each(|timing| histogram.saturating_record(value(timing).max(1)));
             let tag = format!("{}.{kind}", key.rung);
-            let tag = Tag::new(&tag).ok_or_else(|| format!("{tag:?} is no tag"))?;
+            let tag = Tag::new(&tag).ok_or_else(|| format!("\"{tag}\" is no tag"))?;
             let span = Duration::from_nanos(samples.all().map(|t| t.wall_ns).sum());
-            log.write_histogram(&histogram, Duration::ZERO, span, Some(tag))
-                .map_err(|e| format!("{e:?}"))?;
+            log.write_histogram(&histogram, Duration::ZERO, span, Some(tag)).map_err(
+                |e| match e {
+                    IntervalLogWriterError::SerializeError(error) => error.to_string(),
+                    IntervalLogWriterError::IoError(error) => error.to_string(),
+                },
+            )?;
         }
     }
     Ok(bytes)

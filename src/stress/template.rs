@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 
+use crate::mismatch::quoted;
 use crate::pddl::{Domain, Problem, SourceText, parse_problem};
 use crate::run::ConfigError;
 
@@ -62,7 +63,7 @@ impl Template {
             let mut lines = String::new();
             for rule in rules {
                 rule.write(size, &mut lines).map_err(|message| {
-                    let message = format!("{name}, {:?}: {message}", rule.text);
+                    let message = format!("{name}, {}: {message}", quoted(&rule.text));
                     ConfigError::Toml { path: file.to_owned(), message }
                 })?;
             }
@@ -129,7 +130,7 @@ impl<'a> Counter<'a> {
         let is_new = |c: &Self| c.name != "n" && c.name.chars().all(char::is_alphabetic);
         parts
             .filter(|counter| is_new(counter) && !counter.name.is_empty())
-            .ok_or_else(|| format!("expected a counter such as \"i = 1..n\", got {text:?}"))
+            .ok_or_else(|| format!("expected a counter such as \"i = 1..n\", got {}", quoted(text)))
     }
 }
 
@@ -159,7 +160,8 @@ fn sum(text: &str, values: &BTreeMap<&str, i64>) -> Result<i64, String> {
             None => (1, part),
         };
         let value = word.parse().ok().or_else(|| values.get(word).copied());
-        let value = value.ok_or_else(|| format!("expected a number or a counter, got {word:?}"))?;
+        let value =
+            value.ok_or_else(|| format!("expected a number or a counter, got {}", quoted(word)))?;
         total = total.saturating_add(sign * value);
     }
     Ok(total)

@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
-use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend};
+use iceoryx2::prelude::{NodeName, SignalHandlingMode, ZeroCopySend};
 
 use super::TransportError;
 use super::ports::{Depth, Publisher, Service, Subscriber};
+use super::reason::reason;
 use super::topics::Topic;
 use super::wire::WireHeader;
 
@@ -60,16 +61,16 @@ impl Bus {
             |reason: String| TransportError::Open { what: root.display().to_string(), reason };
         let mut settings = Config::default();
         let root_text = root.to_str().ok_or_else(|| fault("the path is not UTF-8".to_owned()))?;
-        settings.global.set_root_path(&root_text.try_into().map_err(|e| fault(format!("{e:?}")))?);
+        settings.global.set_root_path(&root_text.try_into().map_err(|e| fault(reason(&e)))?);
         settings.global.prefix =
-            config.prefix.as_str().try_into().map_err(|e| fault(format!("{e:?}")))?;
-        let name = "groundloop".try_into().map_err(|e| fault(format!("{e:?}")))?;
+            config.prefix.as_str().try_into().map_err(|e| fault(reason(&e)))?;
+        let name = NodeName::new("groundloop").map_err(|e| fault(reason(&e)))?;
         let node = NodeBuilder::new()
             .config(&settings)
             .name(&name)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
-            .map_err(|e| fault(format!("{e:?}")))?;
+            .map_err(|e| fault(reason(&e)))?;
         node.try_cleanup_dead_nodes();
         let (node, opening) = (Arc::new(node), Arc::default());
         Ok(Self { node, opening, run: config.run.as_str().into() })

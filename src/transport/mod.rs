@@ -6,12 +6,14 @@ mod bus;
 mod ports;
 pub mod convert;
 mod join;
+mod reason;
 
 use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
 pub use join::{EventReader, join};
 pub use ports::{Depth, Drops, Publisher, Received, Record, Subscriber};
+use reason::reason;
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -21,7 +23,7 @@ pub enum TransportError {
     Open {
         /// The directory or topic.
         what: String,
-        /// iceoryx2's reason.
+        /// Why, and what to do about it.
         reason: String,
     },
     /// A reader asks for more messages to wait than the topic allows.
@@ -39,7 +41,7 @@ pub enum TransportError {
     Send {
         /// Its name below the run.
         topic: &'static str,
-        /// iceoryx2's reason.
+        /// Why, and what to do about it.
         reason: String,
     },
     /// Messages cannot be received.
@@ -47,13 +49,13 @@ pub enum TransportError {
     Receive {
         /// Its name below the run.
         topic: &'static str,
-        /// iceoryx2's reason.
+        /// Why, and what to do about it.
         reason: String,
     },
 }
 
 impl TransportError {
-    fn open(topic: &str, error: &dyn std::fmt::Debug) -> Self {
-        Self::Open { what: format!("topic {topic}"), reason: format!("{error:?}") }
+    fn open(topic: &str, error: &dyn std::fmt::Display) -> Self {
+        Self::Open { what: format!("topic {topic}"), reason: reason(error) }
     }
 }

@@ -25,6 +25,7 @@ use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
 
 use super::TransportError;
+use super::reason::reason;
 use super::topics::Topic;
 use super::wire::{SCHEMA, WireHeader};
 use crate::clock::monotonic_ns;
@@ -109,8 +110,8 @@ impl Wakeups {
         Ok(())
     }
 
-    fn fault(&self, error: &dyn std::fmt::Debug) -> TransportError {
-        TransportError::Receive { topic: self.topic, reason: format!("{error:?}") }
+    fn fault(&self, error: &dyn std::fmt::Display) -> TransportError {
+        TransportError::Receive { topic: self.topic, reason: reason(error) }
     }
 }
 
@@ -141,7 +142,7 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
         service: &str,
         topic: &Topic,
     ) -> Result<Self, TransportError> {
-        let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+        let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
         let publisher = samples::<H, R>(node, service, topic)?
             .publisher_builder()
             .initial_max_slice_len(topic.initial_len)
@@ -180,9 +181,9 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
     /// # Errors
     /// [`TransportError::Send`] when shared memory is exhausted or corrupted.
     pub fn publish(&self, mut header: H, records: &[R]) -> Result<(), TransportError> {
-        let fault = |e: &dyn std::fmt::Debug| TransportError::Send {
+        let fault = |e: &dyn std::fmt::Display| TransportError::Send {
             topic: self.topic,
-            reason: format!("{e:?}"),
+            reason: reason(e),
         };
         let sample = self.samples.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
         let mut sample = sample.write_from_slice(records);
@@ -214,10 +215,10 @@ fn connect<H: WireHeader, R: Record>(
     topic: &'static str,
 ) {
     if let Err(error) = publisher.update_connections() {
-        tracing::warn!(topic, ?error, "a late joiner could not be connected");
+        tracing::warn!(topic, error = reason(&error), "a late joiner could not be connected");
     }
     if let Err(error) = notifier.notify() {
-        tracing::warn!(topic, ?error, "a late joiner could not be woken");
+        tracing::warn!(topic, error = reason(&error), "a late joiner could not be woken");
     }
 }
 
@@ -271,7 +272,7 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
         topic: &Topic,
         depth: Depth,
     ) -> Result<Self, TransportError> {
-        let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+        let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
         let Depth { waiting, is_complete } = depth;
         if waiting > topic.depth_max {
             let (topic, depth_max) = (topic.name, topic.depth_max);
@@ -436,7 +437,7 @@ fn samples<H: WireHeader, R: Record>(
     service: &str,
     topic: &Topic,
 ) -> Result<Samples<H, R>, TransportError> {
-    let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+    let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
     node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
         .publish_subscribe::<[R]>()
         .user_header::<H>()
@@ -452,7 +453,7 @@ fn samples<H: WireHeader, R: Record>(
 }
 
 fn events(node: &Node<Service>, service: &str, topic: &Topic) -> Result<Events, TransportError> {
-    let fault = |e: &dyn std::fmt::Debug| TransportError::open(topic.name, e);
+    let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
     node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
         .event()
         .max_notifiers(READERS_MAX + topic.writers_max)

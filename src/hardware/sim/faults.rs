@@ -75,12 +75,12 @@ impl FaultSchedule {
 pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismatch> {
     let unknown = |(idx, fault): (usize, &FaultConfig)| {
         let action: FaultAction = fault.action.clone().try_into().ok()?;
-        let (object, kind): (_, fn(&Shape) -> bool) = match &action {
+        let (object, what, kind): (_, _, fn(&Shape) -> bool) = match &action {
             FaultAction::Displace { object, .. } | FaultAction::KnockOver { object } => {
-                (object, |shape| !shape.is_fixed())
+                (object, "an object that can move", |shape| !shape.is_fixed())
             }
             FaultAction::BesidePeg { object } => {
-                (object, |shape| matches!(shape, Shape::Disk { .. }))
+                (object, "a disk", |shape| matches!(shape, Shape::Disk { .. }))
             }
             FaultAction::TakeFromGripper {} => return None,
         };
@@ -89,12 +89,8 @@ pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismat
         if known.contains(&object.as_str()) {
             return None;
         }
-        let what = match &action {
-            FaultAction::BesidePeg { .. } => "a disk",
-            _ => "an object that can move",
-        };
         let list = if known.is_empty() { "there is none".to_owned() } else { known.join(", ") };
-        let expected = format!("{what} of the scene ({list})");
+        let expected = format!("{what} in the scene ({list})");
         let got = format!("\"{object}\"{}", near_hint(object, known));
         Some(Mismatch::new(format!("fault[{idx}].action.object"), expected, got))
     };

@@ -14,6 +14,7 @@ use serde_json::Value;
 use super::boxes::is_inside;
 use super::{Detector, DetectorError};
 use crate::geometry::PixelBox;
+use crate::mismatch::listed;
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception, TypeSpec, json_entries};
@@ -100,7 +101,7 @@ fn read(
         let LongEntry { type_name, pixel_box, score } =
             read_entry(value).map_err(|message| fault(format!("{name}: {message}")))?;
         if !pixel_box.is_valid() {
-            let got = format!("{:?}", <[f64; 4]>::from(pixel_box));
+            let got = listed(<[f64; 4]>::from(pixel_box));
             return wrong(".box", "finite x1 < x2 and y1 < y2", &got);
         }
         let score = score.unwrap_or(1.0);
@@ -182,10 +183,10 @@ impl Detector for AnnotatedDetector {
     ) -> Result<Detections, DetectorError> {
         if let Some(outside) = self.objects.iter().find(|o| !is_inside(&o.pixel_box, image)) {
             let (width, height) = (image.width(), image.height());
-            let got = <[f64; 4]>::from(outside.pixel_box);
+            let got = listed(<[f64; 4]>::from(outside.pixel_box));
             let name = &outside.label;
             let message =
-                format!("{name}.box: expected a box inside {width} x {height}, got {got:?}");
+                format!("{name}.box: expected a box inside {width} x {height}, got {got}");
             return Err(PartError::file(&self.file, message).into());
         }
         let names: Vec<Name> = self.objects.iter().map(|o| o.label.clone()).collect();
@@ -231,7 +232,10 @@ mod tests {
     #[test]
     fn bad_entries_name_the_file_and_the_field() {
         check(r#"{"it": [1, 2, 3, 4], "IT": [5, 6, 7, 8]}"#, "it: expected one box per object");
-        check(r#"{"it": [3, 2, 3, 4]}"#, "it.box: expected finite x1 < x2 and y1 < y2, got [3.0");
+        check(
+            r#"{"it": [3, 2, 3, 4]}"#,
+            "it.box: expected finite x1 < x2 and y1 < y2, got [3, 2, ",
+        );
         check(r#"{"it": [3, 5, 4, 4]}"#, "it.box: expected finite");
         check(r#"{"it": [1, 2, null, 4]}"#, "it: expected [x1, y1, x2, y2] or");
         check(r#"{"it": [1, 2, 3]}"#, "it: expected [x1, y1, x2, y2] or");

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::{ObjectBox, json_entries};
 use crate::geometry::{Aabb, PixelBox};
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, listed};
 use crate::pddl::{Atom, Domain, Name, PddlError, SourceText, Typed, parse_problem};
 
 /// One labelled example.
@@ -155,15 +155,12 @@ impl Exemplar {
             }
             let edges = <[f64; 4]>::from(*pixel_box);
             if !pixel_box.is_valid() {
-                return Err(fail("finite x1 < x2 and y1 < y2", format!("{edges:?}")));
+                return Err(fail("finite x1 < x2 and y1 < y2", listed(edges)));
             }
             let [width, height] = image_size.map(f64::from);
             let inside = PixelBox::from([0.0, 0.0, width, height]).intersection(pixel_box);
             if inside != *pixel_box {
-                return Err(fail(
-                    &format!("a box inside {width} x {height}"),
-                    format!("{edges:?}"),
-                ));
+                return Err(fail(&format!("a box inside {width} x {height}"), listed(edges)));
             }
             let Some(type_name) = declared.get(object).map(|t| t.types.first()) else {
                 return Err(fail("an object that the state declares", "none".to_owned()));

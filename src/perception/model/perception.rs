@@ -110,7 +110,7 @@ impl Perception {
     pub fn check(&self, domain: &Domain) -> Result<(), PerceptionError> {
         let known = domain.known_types();
         let want_type = |field: String, name: &Name| {
-            let words = || known.iter().map(|known| known.as_str());
+            let words = || known.iter().map(Name::as_str);
             let fault = || value(field, "a type", with_hint(name.as_str(), words()));
             known.contains(name).then_some(()).ok_or_else(fault)
         };

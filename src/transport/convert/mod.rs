@@ -11,6 +11,7 @@ mod text;
 #[cfg(test)]
 mod tests;
 
+use crate::mismatch::listed;
 use std::fmt::Display;
 
 use thiserror::Error;
@@ -65,7 +66,7 @@ fn finite<const N: usize>(field: &'static str, values: [f64; N]) -> Result<[f64;
     if values.iter().all(|v| v.is_finite()) {
         Ok(values)
     } else {
-        Err(WireError::new(field, "finite numbers", format!("{values:?}")))
+        Err(WireError::new(field, "finite numbers", listed(values)))
     }
 }
 

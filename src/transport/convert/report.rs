@@ -9,6 +9,7 @@ use super::text::is_pddl_name;
 use crate::messages::{
     Deviation, EpisodeCounts, EpisodeEnd, Event, EventMessage, ReplanCause, RunDescriptor, Verdict,
 };
+use crate::mismatch::quoted;
 use crate::pddl::{Atom, Name, SourceText, Step, parse_domain};
 use crate::transport::wire::{DeviceHeader, SCHEMA, StreamHeader};
 
@@ -193,7 +194,7 @@ fn check_call(
         return Err(WireError::new("arguments", n_args, args.len()));
     }
     match args.iter().find(|arg| !is_pddl_name(arg.as_str())) {
-        Some(arg) => Err(WireError::new("argument", "a PDDL name", format!("{arg:?}"))),
+        Some(arg) => Err(WireError::new("argument", "a PDDL name", quoted(arg.as_str()))),
         None => Ok(()),
     }
 }
@@ -201,11 +202,7 @@ fn check_call(
 /// Text that people read on a terminal: no control characters.
 fn check_text(text: &str) -> Result<(), WireError> {
     if text.chars().any(char::is_control) {
-        return Err(WireError::new(
-            "text",
-            "a line without control characters",
-            format!("{text:?}"),
-        ));
+        return Err(WireError::new("text", "a line without control characters", quoted(text)));
     }
     Ok(())
 }

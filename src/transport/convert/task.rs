@@ -9,6 +9,7 @@ use super::{WireError, finite, flag, single};
 use crate::geometry::{Aabb, PixelBox};
 use crate::logic::Truth;
 use crate::messages::{GoalMessage, GoalUpdate, StepOutcome};
+use crate::mismatch::quoted;
 use crate::pddl::{self, Atom, Name, SourceText, Typed};
 use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SceneRecord, TaskHeader};
@@ -219,7 +220,7 @@ fn anomaly_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<An
     }
     let reason = text_from_wire("reason", &record.name.bytes)?;
     if reason.is_empty() || reason.chars().any(char::is_control) {
-        return Err(WireError::new("reason", "a line of text", format!("{reason:?}")));
+        return Err(WireError::new("reason", "a line of text", quoted(reason)));
     }
     Ok(Anomaly { objects: args_from_wire(record, objects)?, reason: reason.to_owned() })
 }

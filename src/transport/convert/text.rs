@@ -1,6 +1,7 @@
 //! Names and texts in fixed-size fields: UTF-8, padded with zero bytes.
 
 use super::WireError;
+use crate::mismatch::quoted;
 use crate::pddl::Name;
 use crate::transport::wire::{NAME_BYTES_MAX, NameText};
 
@@ -22,7 +23,7 @@ pub(super) fn name_to_wire(name: &Name) -> Result<NameText, WireError> {
 pub(super) fn name_from_wire(field: &'static str, text: &NameText) -> Result<Name, WireError> {
     let name = text_from_wire(field, &text.bytes)?;
     if !is_pddl_name(name) {
-        return Err(WireError::new(field, "a PDDL name", format!("{name:?}")));
+        return Err(WireError::new(field, "a PDDL name", quoted(name)));
     }
     Ok(Name::new(name))
 }

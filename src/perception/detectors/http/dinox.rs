@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::convention::Convention;
 use super::{Answer, Ask, RawBox};
 use crate::http::{Header, Request};
+use crate::mismatch::quoted;
 
 /// Where the vendor's service is.
 pub(super) const URL: &str = "https://api.deepdataspace.com";
@@ -38,7 +39,9 @@ pub(super) fn task(body: &Value) -> Result<String, String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     match uuid {
         Some(uuid) if !uuid.is_empty() && uuid.chars().all(is_plain) => Ok(uuid.to_owned()),
-        Some(uuid) => Err(format!("data.task_uuid: expected letters and digits, got {uuid:?}")),
+        Some(uuid) => {
+            Err(format!("data.task_uuid: expected letters and digits, got {}", quoted(uuid)))
+        }
         None => Err(format!("expected code 0 and data.task_uuid, got {}", message(body))),
     }
 }

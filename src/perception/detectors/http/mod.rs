@@ -23,7 +23,7 @@ use super::colour_namer::ColourNamer;
 use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
 use crate::http::{Client, Reply, Request, RetryPolicy, shown_url};
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, listed, quoted};
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::perception::model::{ObjectBox, TypeSpec};
 use crate::perception::phrases::phrase_of_name;
@@ -292,9 +292,9 @@ impl HttpDetector {
             return Ok(None);
         }
         let query_idx = query_of(&label, queries)
-            .ok_or_else(|| format!("{label:?} is not what was asked for"))?;
+            .ok_or_else(|| format!("{} is not what was asked for", quoted(&label)))?;
         let pixel_box = clipped(convention.corners(numbers), image)
-            .map_err(|reason| format!("{label:?}: a box {reason}: {numbers:?}"))?;
+            .map_err(|reason| format!("{}: a box {reason}: {}", quoted(&label), listed(numbers)))?;
         Ok(Some(Found { query_idx, pixel_box, score: score as f32 }))
     }
 

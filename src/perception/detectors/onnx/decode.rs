@@ -1,6 +1,7 @@
 //! A model's outputs as boxes in its input.
 
 use super::description::{BoxForm, Description, InputSpec, OutputSpec, YoloAxes};
+use crate::mismatch::listed;
 
 /// Most candidates of one frame, best scores first: what is beyond is noise, and bounds the search
 /// for doubles.
@@ -100,7 +101,9 @@ impl<'a> List<'a> {
         let unbatched = if shape.len() == 3 && shape[0] == 1 { &shape[1..] } else { &shape[..] };
         match unbatched {
             [_, n] if *n == n_values && n_values > 0 => Ok(values.chunks_exact(n_values).collect()),
-            _ => Err(format!("{}: expected shape [N, {n_values}], got {shape:?}", self.name)),
+            _ => {
+                Err(format!("{}: expected shape [N, {n_values}], got {}", self.name, listed(shape)))
+            }
         }
     }
 }
@@ -115,7 +118,10 @@ fn scored(
         for (name, tensor) in [("scores", scores), ("classes", classes)] {
             if tensor.values.len() != n {
                 let shape = &tensor.shape;
-                return Err(format!("{name}: expected {n} values, one per box, got {shape:?}"));
+                return Err(format!(
+                    "{name}: expected {n} values, one per box, got {}",
+                    listed(shape)
+                ));
             }
         }
         let numbers = classes.values.iter().map(|class| class.max(0.0).round() as usize);
@@ -124,7 +130,10 @@ fn scored(
     let n_classes = scores.shape.last().copied().unwrap_or(0);
     let rows = List { name: "scores", tensor: scores }.rows(n_classes)?;
     if rows.len() != n {
-        return Err(format!("scores: expected {n} rows, one per box, got {:?}", scores.shape));
+        return Err(format!(
+            "scores: expected {n} rows, one per box, got {}",
+            listed(&scores.shape)
+        ));
     }
     Ok(rows.into_iter().map(best).collect())
 }
@@ -142,7 +151,7 @@ fn yolo(
     scale: [f64; 2],
 ) -> Result<Vec<Candidate>, String> {
     let [1, first, second] = *tensor.shape.as_slice() else {
-        return Err(format!("tensor: expected shape [1, …, …], got {:?}", tensor.shape));
+        return Err(format!("tensor: expected shape [1, …, …], got {}", listed(&tensor.shape)));
     };
     let (n_values, n) = match axes {
         YoloAxes::ValuesFirst => (first, second),
@@ -151,7 +160,7 @@ fn yolo(
     let first_class = 4 + usize::from(objectness);
     if n_values <= first_class || tensor.values.len() != n_values * n {
         let expected = format!("more than {first_class} values per box");
-        return Err(format!("tensor: expected {expected}, got shape {:?}", tensor.shape));
+        return Err(format!("tensor: expected {expected}, got shape {}", listed(&tensor.shape)));
     }
     let candidate = |i: usize| {
         let value = |j: usize| match axes {
@@ -174,11 +183,14 @@ fn centernet(
     score_min: f32,
 ) -> Result<Vec<Candidate>, String> {
     let [1, n_classes, h, w] = *keypoints.shape.as_slice() else {
-        return Err(format!("keypoints: expected shape [1, C, h, w], got {:?}", keypoints.shape));
+        return Err(format!(
+            "keypoints: expected shape [1, C, h, w], got {}",
+            listed(&keypoints.shape)
+        ));
     };
     if distances.shape != [1, 4, h, w] || h == 0 || w == 0 {
-        let got = &distances.shape;
-        return Err(format!("distances: expected shape [1, 4, {h}, {w}], got {got:?}"));
+        let got = listed(&distances.shape);
+        return Err(format!("distances: expected shape [1, 4, {h}, {w}], got {got}"));
     }
     let stride = [input.width as f64 / w as f64, input.height as f64 / h as f64];
     let at = |tensor: &Tensor, plane: usize, y: usize, x: usize| {

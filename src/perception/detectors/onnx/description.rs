@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Deserialize;
 
+use crate::mismatch::listed;
 use crate::pddl::Name;
 
 /// Longest side of a model's input, pixels: bounds memory.
@@ -143,8 +144,8 @@ impl Description {
     /// What is wrong: line and column, or the field with what was expected.
     pub(super) fn parse(text: &str, seen_types: &BTreeSet<Name>) -> Result<Self, String> {
         let description: Self = toml::from_str(text).map_err(|e| e.to_string())?;
-        let wrong = |field: &str, expected: &str, got: &dyn std::fmt::Debug| {
-            Err(format!("{field}: expected {expected}, got {got:?}"))
+        let wrong = |field: &str, expected: &str, got: &dyn std::fmt::Display| {
+            Err(format!("{field}: expected {expected}, got {got}"))
         };
         let Self { input, score_min, duplicate_iou, class, .. } = &description;
         for (field, side) in [("input.width", input.width), ("input.height", input.height)] {
@@ -154,7 +155,8 @@ impl Description {
         }
         let numbers = input.mean.iter().chain([&input.scale]);
         if !numbers.chain(&input.std).all(|v| v.is_finite()) || input.std.contains(&0.0) {
-            let got = (input.scale, input.mean, input.std);
+            let (mean, std) = (listed(input.mean), listed(input.std));
+            let got = format!("scale {}, mean {mean}, std {std}", input.scale);
             return wrong("input", "finite scale, mean and std, and std not 0", &got);
         }
         if !(0.0..=1.0).contains(score_min) {
