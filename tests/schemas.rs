@@ -29,7 +29,7 @@ fn verbs() -> Vec<String> {
 #[test]
 fn the_shipped_schemas_are_those_of_this_version() {
     let verbs = verbs();
-    assert!(verbs.len() >= 8 && verbs.is_sorted(), "{verbs:?}");
+    assert!(verbs.len() >= 10 && verbs.is_sorted(), "{verbs:?}");
     for verb in &verbs {
         let (code, now, said) = call(verb);
         assert_eq!(code, Some(0), "{said}");
@@ -55,6 +55,32 @@ fn every_key_has_a_description() {
         for (key, value) in structs.into_iter().flatten() {
             assert!(value["description"].is_string(), "{file:?}: {key} is not described");
         }
+    }
+}
+
+/// What a verb writes with `--json`.
+fn written(args: &[&str]) -> Value {
+    let output =
+        cargo_bin_cmd!("groundloop").current_dir(project(".")).args(args).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn lists_of_parts_and_shown_settings_obey_their_schemas() {
+    let parts = written(&["parts", "--json"]);
+    schema::obeys("parts", &parts);
+    assert_eq!(written(&["parts", "robot", "--json"])["kinds"].as_array().unwrap().len(), 1);
+    assert!(parts["kinds"].as_array().unwrap().len() >= 7, "{parts:#}");
+    for file in ["configs/blocksworld_disturbed.toml", "configs/stress.toml"] {
+        let shown = written(&["config", "show", file, "--set", "seed=7", "--json"]);
+        schema::obeys("config-show", &shown);
+        assert_eq!((&shown["file"], &shown["values"]["seed"]), (&json!(file), &json!(7)));
+        let set = json!({ "kind": "set", "file": null, "line": null });
+        assert_eq!(shown["origins"]["seed"], set);
+        let kinds = shown["origins"].as_object().unwrap().values().map(|at| &at["kind"]);
+        let kinds: std::collections::BTreeSet<_> = kinds.filter_map(Value::as_str).collect();
+        assert!(kinds.into_iter().eq(["default", "file", "set"]), "{shown:#}");
     }
 }
 

@@ -1,10 +1,10 @@
 //! `groundloop config`: run files shown, checked and described.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
+use super::reports::{ConfigReport, KeyOrigin};
 use super::{Failure, exit, out};
 use crate::run::{ConfigError, Layered, run_file_schema, run_schema};
 use crate::settings::{Form, Written};
@@ -89,22 +89,21 @@ fn show(args: &ShowArgs) -> Result<u8, Failure> {
     // What is wrong is told, and shown all the same: seeing it may help.
     let problems = layered.layers.problems(&schema, &layered.file.to_string());
     if args.json {
-        let origins: BTreeMap<String, Value> =
-            layered.layers.origins().into_iter().map(|(key, at)| (key, origin(&at))).collect();
-        out::json(&json!({
-            "file": layered.file.to_string(),
-            "values": layered.layers.plain(),
-            "origins": origins,
-        }))?;
+        let origins = layered.layers.origins().into_iter().map(|(key, at)| (key, origin(&at)));
+        out::json(&ConfigReport {
+            file: layered.file.to_string(),
+            values: layered.layers.plain(),
+            origins: origins.collect(),
+        })?;
     } else {
         out::line(layered.layers.show(&schema).trim_end());
     }
     if problems.is_empty() { Ok(0) } else { Err(ConfigError::from(problems).into()) }
 }
 
-fn origin(written: &Written) -> Value {
+fn origin(written: &Written) -> KeyOrigin {
     let (file, line) = written.in_file().unzip();
-    json!({ "kind": written.kind(), "file": file, "line": line })
+    KeyOrigin { kind: written.kind(), file: file.map(str::to_owned), line }
 }
 
 fn check(args: &CheckArgs) -> u8 {

@@ -1,12 +1,11 @@
 //! `groundloop parts`: every registered part with its options.
 
-use serde::Serialize;
-
+use super::reports::{ListedPart, PartKind, PartsReport};
 use super::{Failure, out};
 use crate::goals::GOALS;
 use crate::hardware::{CAMERAS, ROBOTS};
 use crate::mismatch::Mismatch;
-use crate::parts::{PartOption, Registry, Role};
+use crate::parts::{Registry, Role};
 use crate::perception::detectors::DETECTORS;
 use crate::perception::grounders::GROUNDERS;
 use crate::planners::PLANNERS;
@@ -24,33 +23,13 @@ pub(super) struct Args {
     json: bool,
 }
 
-/// The parts of one kind.
-#[derive(Debug, Serialize)]
-struct Kind {
-    #[serde(rename = "kind")]
-    name: &'static str,
-    /// The key that names a part of this kind.
-    key: &'static str,
-    /// The table with its options.
-    options: &'static str,
-    parts: Vec<Listed>,
-}
-
-/// One part.
-#[derive(Debug, Serialize)]
-struct Listed {
-    name: &'static str,
-    help: &'static str,
-    options: Vec<PartOption>,
-}
-
-fn kind<T: Role + ?Sized>(registry: &Registry<T>) -> Kind {
-    let listed = registry.0.iter().map(|part| Listed {
+fn kind<T: Role + ?Sized>(registry: &Registry<T>) -> PartKind {
+    let listed = registry.0.iter().map(|part| ListedPart {
         name: part.name,
         help: part.help,
         options: part.described(),
     });
-    Kind { name: T::NAME, key: T::KEY, options: T::OPTIONS, parts: listed.collect() }
+    PartKind { kind: T::NAME, key: T::KEY, options: T::OPTIONS, parts: listed.collect() }
 }
 
 /// Carries the verb out.
@@ -65,27 +44,27 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         kind(&SKILLS),
     ];
     if let Some(wanted) = &args.kind {
-        let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
+        let names: Vec<&str> = kinds.iter().map(|kind| kind.kind).collect();
         if !names.contains(&wanted.as_str()) {
             return Err(Failure::bad_input(Mismatch::new("KIND", names.join(" or "), wanted)));
         }
-        kinds.retain(|kind| kind.name == *wanted);
+        kinds.retain(|kind| kind.kind == *wanted);
     }
     if args.json {
-        out::json(&serde_json::json!({ "kinds": kinds }))?;
+        out::json(&PartsReport { kinds })?;
         return Ok(0);
     }
     for (i, kind) in kinds.iter().enumerate() {
         if i > 0 {
             out::line("");
         }
-        out::line(&format!("{}: {}, options in [{}]", kind.name, kind.key, kind.options));
+        out::line(&format!("{}: {}, options in [{}]", kind.kind, kind.key, kind.options));
         kind.parts.iter().for_each(print);
     }
     Ok(0)
 }
 
-fn print(part: &Listed) {
+fn print(part: &ListedPart) {
     paragraph(&format!("  {:<15} ", part.name), 18, part.help);
     for option in &part.options {
         let default = match (&option.default, option.required) {
@@ -100,20 +79,18 @@ fn print(part: &Listed) {
     }
 }
 
-/// Words in lines of at most [`WIDTH`] columns; those after the first are indented.
+/// Words in lines of at most [`WIDTH`] columns; those after the first are indented. A word is never
+/// broken, so that keys and commands can be copied.
 fn paragraph(first: &str, indent: usize, text: &str) {
-    let mut line = first.to_owned();
-    let mut is_empty = true;
-    for word in text.split_whitespace() {
-        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            out::line(line.trim_end());
-            (line, is_empty) = (" ".repeat(indent), true);
-        }
-        if !is_empty {
-            line.push(' ');
-        }
-        line.push_str(word);
-        is_empty = false;
+    let indent = " ".repeat(indent);
+    let options = textwrap::Options::new(WIDTH)
+        .initial_indent(first)
+        .subsequent_indent(&indent)
+        .wrap_algorithm(textwrap::WrapAlgorithm::FirstFit)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation)
+        .word_separator(textwrap::WordSeparator::AsciiSpace)
+        .break_words(false);
+    for line in textwrap::wrap(text, options) {
+        out::line(line.trim_end());
     }
-    out::line(line.trim_end());
 }

@@ -1,9 +1,12 @@
 //! What `--json` writes: one struct for each verb, described by the JSON Schemas in `docs/schemas/`.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics::EpisodeReport;
+use crate::parts::PartOption;
 use crate::pddl::Atom;
 use crate::planning::{Outcome, Proof};
 
@@ -189,4 +192,62 @@ pub(super) fn steps_of(outcome: &Outcome) -> Option<Vec<String>> {
 /// The values of a field that may be `null`.
 fn with_null(words: &[&'static str]) -> Vec<Option<&'static str>> {
     words.iter().copied().map(Some).chain([None]).collect()
+}
+
+/// Output of `groundloop parts --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop parts --json")]
+pub(super) struct PartsReport {
+    /// The kinds of parts.
+    pub(super) kinds: Vec<PartKind>,
+}
+
+/// The parts of one kind.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct PartKind {
+    /// The kind, such as "detector".
+    pub(super) kind: &'static str,
+    /// The key that names a part of this kind.
+    pub(super) key: &'static str,
+    /// The table with its options.
+    pub(super) options: &'static str,
+    /// Its parts, by their names in alphabetical order.
+    pub(super) parts: Vec<ListedPart>,
+}
+
+/// One part.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ListedPart {
+    /// What names it.
+    pub(super) name: &'static str,
+    /// What it is.
+    pub(super) help: &'static str,
+    /// What can be said of it.
+    pub(super) options: Vec<PartOption>,
+}
+
+/// Output of `groundloop config show --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop config show --json")]
+pub(super) struct ConfigReport {
+    /// The file.
+    pub(super) file: String,
+    /// Its settings with all that they are laid over: what `groundloop config schema` describes, or
+    /// with `--stress` for the file of a stress test.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub(super) values: toml::Table,
+    /// Where each value was written, by its dotted key.
+    pub(super) origins: BTreeMap<String, KeyOrigin>,
+}
+
+/// Where a value was written.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct KeyOrigin {
+    /// In the defaults, in a file, or in a `--set`.
+    #[schemars(extend("enum" = ["default", "file", "set"]))]
+    pub(super) kind: &'static str,
+    /// The file; `null` if it is in none.
+    pub(super) file: Option<String>,
+    /// The line in that file, from 1.
+    pub(super) line: Option<usize>,
 }

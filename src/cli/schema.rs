@@ -6,14 +6,16 @@ use schemars::transform::RecursiveTransform;
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
-use super::reports::{GoalReport, GroundReport, PlanReport, RunReport, ValidationReport};
+use super::reports::{
+    ConfigReport, GoalReport, GroundReport, PartsReport, PlanReport, RunReport, ValidationReport,
+};
 use super::{Failure, out};
 use crate::eval::prodgv::EvaluationReport;
 use crate::stress::StressReport;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The verb; of `eval`, both words.
+    /// The verb; where it has two words, both with a hyphen between them.
     #[arg(value_name = "VERB", value_parser = names())]
     verb: String,
 }
@@ -23,11 +25,13 @@ type Make = fn() -> Schema;
 
 /// The schemas of all verbs that have `--json`, in alphabetical order.
 const SCHEMAS: &[(&str, Make)] = &[
+    ("config-show", schema::<ConfigReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
     #[cfg(feature = "sim")]
     ("eval-sim-grounding", schema::<super::reports::SimGroundingReport>),
     ("goal", schema::<GoalReport>),
     ("ground", schema::<GroundReport>),
+    ("parts", schema::<PartsReport>),
     ("plan", schema::<PlanReport>),
     ("run", schema::<RunReport<'_>>),
     ("stress", schema::<StressReport>),

@@ -18,7 +18,7 @@ pub fn no_options(_: &mut SchemaGenerator) -> Schema {
 }
 
 /// One option of a part, as people read it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PartOption {
     /// Its key; one of a table in the options is written `table.key`.
     pub name: String,
