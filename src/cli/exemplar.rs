@@ -7,13 +7,13 @@ use crate::run::load_run;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
-    /// Renders every scene of the domain's `scenes/exemplar/` and labels it by what is really there
+    /// Render every scene of the domain's `scenes/exemplar/`, and label it by what is really there.
     Render(Args),
 }
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A run file with a simulated camera.
+    /// A run file with a simulated camera, or the name of a shipped one.
     config: PathBuf,
     /// Overrides a key of the run file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -17,19 +17,19 @@ pub(super) struct Args {
     #[arg(long)]
     domain: PathBuf,
     /// The goal: a sentence, or PDDL for the kind "logical".
-    #[arg(long)]
+    #[arg(long, value_name = "TEXT")]
     instruction: String,
     /// Objects that are seen, separated by blanks: `name:type`, or `name:type@x1,y1,x2,y2` with a box
-    /// in pixels. May be given several times.
+    /// in pixels; may be repeated.
     #[arg(long, value_name = "OBJECTS")]
     objects: Vec<String>,
-    /// A PDDL problem whose objects are seen, too.
+    /// A PDDL problem, whose objects are seen too.
     #[arg(long, value_name = "FILE")]
     problem: Option<PathBuf>,
-    /// What reads the goal.
-    #[arg(long, default_value = "instruction")]
+    /// What reads the goal: see `groundloop parts goal`.
+    #[arg(long, value_name = "KIND", default_value = "instruction")]
     kind: String,
-    /// Options of what reads the goal: TOML, like `[goal.options]` of a run file.
+    /// The options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
     /// Writes one JSON object to standard output, and nothing else there.

@@ -20,42 +20,42 @@ pub(super) struct Args {
     #[arg(long)]
     domain: PathBuf,
     /// The image (PNG or JPEG).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     image: PathBuf,
     /// The labelled example's image.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     exemplar_image: PathBuf,
     /// The labelled example's boxes: JSON `{"name": [x1, y1, x2, y2]}`.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     exemplar_boxes: PathBuf,
     /// The labelled example's state: a PDDL problem.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     exemplar_state: PathBuf,
     /// The goal in words.
-    #[arg(long, conflicts_with_all = ["goal", "goal_image"])]
+    #[arg(long, value_name = "TEXT", conflicts_with_all = ["goal", "goal_image"])]
     instruction: Option<String>,
     /// The goal in PDDL.
-    #[arg(long, conflicts_with = "goal_image")]
+    #[arg(long, value_name = "PDDL", conflicts_with = "goal_image")]
     goal: Option<String>,
     /// The goal as an image of the same camera.
     #[arg(long, value_name = "FILE")]
     goal_image: Option<PathBuf>,
-    /// What reads the instruction, if not "instruction".
+    /// What reads the instruction, if not "instruction": see `groundloop parts goal`.
     #[arg(long, value_name = "KIND", requires = "instruction")]
     goal_kind: Option<String>,
-    /// Options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
+    /// The options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     goal_options: Option<PathBuf>,
-    /// Which detector finds the objects.
-    #[arg(long, default_value = "colour")]
+    /// Which detector finds the objects: see `groundloop parts detector`.
+    #[arg(long, value_name = "NAME", default_value = "colour")]
     detector: String,
     /// The detector's own options: a TOML file with what `[perception.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     detector_options: Option<PathBuf>,
-    /// Which grounder judges the facts.
-    #[arg(long, default_value = "s2s")]
+    /// Which grounder judges the facts: see `groundloop parts grounder`.
+    #[arg(long, value_name = "NAME", default_value = "s2s")]
     grounder: String,
-    /// Who plans.
+    /// Which planner plans: see `groundloop parts planner`.
     #[arg(long, default_value = "embedded", value_name = "NAME")]
     planner: String,
     /// The planner's own options: a TOML file with what `[planner.options]` of a run file has.

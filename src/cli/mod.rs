@@ -55,7 +55,7 @@ pub mod exit {
 #[command(name = "groundloop", version, about, long_about = None)]
 struct Cli {
     /// How much is logged on standard error.
-    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL",
+    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL", display_order = 900,
           value_parser = ["error", "warn", "info", "debug", "trace"])]
     log: String,
     #[command(subcommand)]
@@ -166,5 +166,52 @@ impl From<crate::goals::GoalError> for Failure {
 impl From<crate::pddl::PddlError> for Failure {
     fn from(error: crate::pddl::PddlError) -> Self {
         Self::bad_input(error.render())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    /// Everything that is not in the style of help texts, of a command and those below it.
+    fn faults(command: &clap::Command, path: &str, found: &mut Vec<String>) {
+        let mut check = |what: String, text: Option<&clap::builder::StyledStr>| {
+            let text = text.map(ToString::to_string).unwrap_or_default();
+            if !text.starts_with(|c: char| c.is_uppercase()) || text.ends_with('.') {
+                found.push(format!("{what}: expected a sentence without its full stop: {text}"));
+            }
+            text
+        };
+        let mut more = Vec::new();
+        // The program's own line is a sentence of its own.
+        if path.contains(' ') {
+            let about = check(path.to_owned(), command.get_about());
+            if about.split_whitespace().next().is_some_and(|verb| verb.ends_with('s')) {
+                more.push(format!("{path}: expected \"Show …\", not \"Shows …\": {about}"));
+            }
+        }
+        for arg in command.get_arguments() {
+            let what = format!("{path} {}", arg.get_id());
+            check(what.clone(), arg.get_help());
+            for name in arg.get_value_names().into_iter().flatten().filter(|n| n.contains('_')) {
+                more.push(format!("{what}: expected a short name of its value, got {name}"));
+            }
+        }
+        found.extend(more);
+        for inner in command.get_subcommands() {
+            faults(inner, &format!("{path} {}", inner.get_name()), found);
+        }
+    }
+
+    #[test]
+    fn help_texts_are_of_one_style() {
+        let mut found = Vec::new();
+        faults(&Cli::command(), "groundloop", &mut found);
+        assert!(found.is_empty(), "\n{}", found.join("\n"));
+        let bad = clap::Arg::new("a").value_name("A_B").help("it.");
+        faults(&clap::Command::new("x").about("Does it").arg(bad), "groundloop x", &mut found);
+        assert_eq!(found.len(), 3, "{found:?}");
     }
 }

@@ -20,18 +20,18 @@ pub(super) struct Args {
     #[arg(long)]
     domain: PathBuf,
     /// A problem file.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     problem: PathBuf,
     /// Most states that the search for a cheapest plan expands; 0 leaves it out.
-    #[arg(long, default_value_t = Budget::standard().optimal_expansions_max)]
+    #[arg(long, value_name = "N", default_value_t = Budget::standard().optimal_expansions_max)]
     optimal_expansions: u64,
     /// Most states that the search for any plan expands; 0 leaves it out.
-    #[arg(long, default_value_t = Budget::standard().greedy_expansions_max)]
+    #[arg(long, value_name = "N", default_value_t = Budget::standard().greedy_expansions_max)]
     expansions: u64,
-    /// Who plans: see `groundloop parts planner`.
+    /// Which planner plans: see `groundloop parts planner`.
     #[arg(long, default_value = "embedded", value_name = "NAME")]
     planner: String,
-    /// TOML file with the planner's own options (`[planner.options]` of a run file).
+    /// The planner's own options: a TOML file with what `[planner.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     planner_options: Option<PathBuf>,
     /// Writes one JSON object to standard output, and nothing else there.

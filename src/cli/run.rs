@@ -28,18 +28,19 @@ const WORKERS: usize = 2;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The run file.
+    /// The run file, or the name of a shipped one.
     config: PathBuf,
     /// Overrides a key of the run file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// First seed; without it, the run file's.
-    #[arg(long)]
+    /// The first seed; without it, the run file's.
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Number of episodes, with seeds counting up from the first.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    /// How many episodes are run, with seeds counting up from the first.
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     episodes: u64,
-    /// Name of the run on the bus.
+    /// The name of the run on the bus; without it, the run file's.
     #[arg(long, value_name = "NAME")]
     run: Option<String>,
     /// What `$data` stands for in the run file.
@@ -48,7 +49,7 @@ pub(super) struct Args {
     /// Writes a picture of what was understood, of the first settled cycle with a plan.
     #[arg(long, value_name = "FILE.png")]
     snapshot: Option<PathBuf>,
-    /// First cycle that the picture may show.
+    /// The first cycle that the picture may show.
     #[arg(long, value_name = "CYCLE", default_value_t = 0)]
     snapshot_from: u64,
     /// Shows every fact of a state and every step of a plan, over several lines.

@@ -23,12 +23,12 @@ const WORKERS: usize = 2;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// What is measured: see `configs/stress.toml`.
+    /// The stress file, or the name of a shipped one: what is measured.
     config: PathBuf,
-    /// What `$data` stands for in that file.
+    /// What `$data` stands for in the stress file.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Leaves all other cases out; may be repeated.
+    /// Measures this case only; may be repeated.
     #[arg(long = "case", value_name = "NAME")]
     cases: Vec<String>,
     /// Writes one JSON object to standard output, and nothing else there.
@@ -43,15 +43,15 @@ pub(super) struct Args {
     /// Draws latency over size.
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
-    /// Gives some of the states to another planner too.
-    #[arg(long, value_name = "PLANNER")]
+    /// Gives some of the states to another planner too: see `groundloop parts planner`.
+    #[arg(long, value_name = "NAME")]
     compare: Option<String>,
-    /// TOML file with that planner's own options.
+    /// That planner's own options: a TOML file with what `[planner.options]` of a run file has.
     #[arg(long, value_name = "FILE", requires = "compare")]
     compare_options: Option<PathBuf>,
     /// Compares medians of thread-CPU time with an earlier report; exit code 6 when one is more
     /// than a fifth slower.
-    #[arg(long, value_name = "BASELINE.json")]
+    #[arg(long, value_name = "FILE.json")]
     check: Option<PathBuf>,
 }
 

@@ -14,10 +14,10 @@ pub(super) struct Args {
     #[arg(long)]
     domain: PathBuf,
     /// A problem file.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     problem: PathBuf,
     /// A plan: one `(action object …)` per line, `;` starts a comment.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     plan: PathBuf,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]

@@ -27,24 +27,24 @@ pub(super) struct Args {
     /// The checkout: a folder with `data/` and, where there are any, `results/reported_results/`.
     #[arg(long, value_name = "DIR")]
     data: PathBuf,
-    /// Which grounder judges the facts.
-    #[arg(long, default_value = "s2s")]
+    /// Which grounder judges the facts: see `groundloop parts grounder`.
+    #[arg(long, value_name = "NAME", default_value = "s2s")]
     grounder: String,
     /// Where the boxes come from: `recorded`, `annotated`, or a detector.
-    #[arg(long, default_value = "recorded")]
+    #[arg(long, value_name = "NAME", default_value = "recorded")]
     detections: String,
     /// Where the goals come from: `recorded`, `truth`, or a kind of goal that is given the
     /// instruction (`lexicon` is another word for `instruction`).
-    #[arg(long, default_value = "recorded")]
+    #[arg(long, value_name = "NAME", default_value = "recorded")]
     goals: String,
-    /// Which planner plans.
-    #[arg(long, default_value = "embedded")]
+    /// Which planner plans: see `groundloop parts planner`.
+    #[arg(long, value_name = "NAME", default_value = "embedded")]
     planner: String,
     /// A TOML file with the options of the detector, `[perception.options]`, and of the goal
     /// source, `[goal.options]`.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
-    /// Only this domain; may be given several times.
+    /// Evaluates this domain only; may be repeated.
     #[arg(long, value_name = "NAME")]
     domain: Vec<String>,
     /// Where the domain folders are, if not in `domains/` of the working directory.
@@ -56,7 +56,7 @@ pub(super) struct Args {
     repair_goals: Option<bool>,
     /// Also measures the states with Gaussian noise of this standard deviation, in pixels, on every
     /// coordinate of the test's boxes.
-    #[arg(long, value_name = "J")]
+    #[arg(long, value_name = "PX")]
     jitter_px: Option<f64>,
     /// Over how many seeds the noise is averaged.
     #[arg(long, value_name = "N", default_value_t = 3, requires = "jitter_px",

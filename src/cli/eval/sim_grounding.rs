@@ -9,7 +9,7 @@ pub(super) struct Args {
     /// Run files with a simulated camera; without any, the first one in configs/ of each domain
     /// that has a scene for this.
     configs: Vec<PathBuf>,
-    /// How many scenes are looked at from each camera: seeds 1 to this.
+    /// How many scenes are looked at from each camera, with seeds counting up from 1.
     #[arg(long, default_value_t = 40, value_name = "N",
           value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
