@@ -1,11 +1,9 @@
 //! What people read is written for people: no message shows a value as `Debug` has it.
 
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
-
 mod common;
 
 use std::fs;
-use std::path::Path;
+use std::path::{Component, Path};
 
 use common::{files_below, in_project, project};
 
@@ -35,7 +33,7 @@ fn shows_debug(line: &str) -> bool {
 }
 
 fn is_test(path: &Path) -> bool {
-    let mut parts = path.components().map(|part| part.as_os_str());
+    let mut parts = path.components().map(Component::as_os_str);
     parts.any(|part| part == "tests" || part == "tests.rs")
 }
 
