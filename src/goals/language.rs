@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::GoalError;
+use crate::mismatch::Mismatch;
 use crate::pddl::{Atom, Domain, Name};
 use crate::settings::{SettingsProblem, TomlFile, near_hint};
 
@@ -249,28 +250,32 @@ impl Language {
     /// Checks that every type and predicate exists in the domain and takes as many arguments.
     ///
     /// # Errors
-    /// [`GoalError::Language`] naming the key and the name that does not fit.
-    pub fn check(&self, domain: &Domain) -> Result<(), GoalError> {
-        for noun in &self.nouns {
-            known_type(domain, &noun.type_name)?;
+    /// The key whose name does not fit, with what may stand there.
+    pub fn check(&self, domain: &Domain) -> Result<(), Mismatch> {
+        for (idx, noun) in self.nouns.iter().enumerate() {
+            known_type(domain, &format!("noun[{idx}].type"), &noun.type_name)?;
         }
-        for relation in &self.relations {
-            takes(domain, "relation", &relation.predicate, 2)?;
+        let of = |table: &str, idx: usize| format!("{table}[{idx}].predicate");
+        for (idx, relation) in self.relations.iter().enumerate() {
+            takes(domain, &of("relation", idx), &relation.predicate, 2)?;
         }
-        for sequence in &self.sequences {
-            takes(domain, "sequence", &sequence.predicate, 2)?;
+        for (idx, sequence) in self.sequences.iter().enumerate() {
+            takes(domain, &of("sequence", idx), &sequence.predicate, 2)?;
         }
-        for property in &self.properties {
-            takes(domain, "property", &property.predicate, 1)?;
+        for (idx, property) in self.properties.iter().enumerate() {
+            takes(domain, &of("property", idx), &property.predicate, 1)?;
         }
         if let Some(stacks) = &self.stacks {
-            takes(domain, "stacks", &stacks.predicate, 2)?;
+            takes(domain, "stacks.predicate", &stacks.predicate, 2)?;
         }
-        for predicate in &self.acyclic {
-            takes(domain, "acyclic", predicate, 2)?;
+        for (idx, predicate) in self.acyclic.iter().enumerate() {
+            takes(domain, &format!("acyclic[{idx}]"), predicate, 2)?;
         }
-        for pattern in self.mutex_rules.iter().flat_map(|never| &never.both) {
-            takes(domain, "never", &pattern.predicate, pattern.variables.len())?;
+        for (idx, never) in self.mutex_rules.iter().enumerate() {
+            for (side, pattern) in never.both.iter().enumerate() {
+                let at = format!("never[{idx}].both[{side}]");
+                takes(domain, &at, &pattern.predicate, pattern.variables.len())?;
+            }
         }
         Ok(())
     }
@@ -281,7 +286,7 @@ pub(super) fn misfit(message: String) -> GoalError {
     GoalError::Language { file: "language.toml".to_owned(), message }
 }
 
-fn known_type(domain: &Domain, type_name: &Name) -> Result<(), GoalError> {
+fn known_type(domain: &Domain, at: &str, type_name: &Name) -> Result<(), Mismatch> {
     let types = &domain.types.parents;
     let known = types.contains_key(type_name)
         || *type_name == "object"
@@ -289,21 +294,23 @@ fn known_type(domain: &Domain, type_name: &Name) -> Result<(), GoalError> {
     if known {
         return Ok(());
     }
-    let near = near_hint(type_name.as_str(), types.keys().map(Name::as_str));
-    Err(misfit(format!("noun: the domain {} has no type \"{type_name}\"{near}", domain.name)))
+    let names: Vec<&str> = types.keys().map(Name::as_str).collect();
+    let expected = format!("a type of the domain {} ({})", domain.name, names.join(", "));
+    let near = near_hint(type_name.as_str(), names);
+    Err(Mismatch::new(at, expected, format!("{type_name}{near}")))
 }
 
-fn takes(domain: &Domain, key: &str, predicate: &Name, n_args: usize) -> Result<(), GoalError> {
-    let signature = domain.predicate(predicate.as_str()).ok_or_else(|| {
-        let known = domain.predicates.iter().map(|p| p.name.as_str());
-        let near = near_hint(predicate.as_str(), known);
-        misfit(format!("{key}: the domain {} has no predicate \"{predicate}\"{near}", domain.name))
-    })?;
+fn takes(domain: &Domain, at: &str, predicate: &Name, n_args: usize) -> Result<(), Mismatch> {
+    let Some(signature) = domain.predicate(predicate.as_str()) else {
+        let names: Vec<&str> = domain.predicates.iter().map(|p| p.name.as_str()).collect();
+        let expected = format!("a predicate of the domain {} ({})", domain.name, names.join(", "));
+        let near = near_hint(predicate.as_str(), names);
+        return Err(Mismatch::new(at, expected, format!("{predicate}{near}")));
+    };
     let arity = signature.params.len();
     if arity == n_args {
         return Ok(());
     }
-    Err(misfit(format!(
-        "{key}: expected a predicate of {n_args} arguments, \"{predicate}\" has {arity}"
-    )))
+    let expected = format!("a predicate of {n_args} arguments");
+    Err(Mismatch::new(at, expected, format!("{predicate}, which has {arity}")))
 }

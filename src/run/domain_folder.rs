@@ -12,6 +12,7 @@ use crate::pddl::{Axiom, Domain, SourceText, parse_domain, parse_rules};
 use crate::perception::Pipeline;
 use crate::perception::grounders::Grounder;
 use crate::perception::model::Perception;
+use crate::settings::TomlFile;
 use crate::skills::SkillMap;
 
 /// The files of `domains/<name>/`, read and checked against one another.
@@ -116,7 +117,7 @@ impl DomainFolder {
         let checked = perception.check(&domain);
         checked.map_err(|error| error.in_file(&source.name, &source.text))?;
         let language = match read("language.toml")? {
-            Some(source) => Some(Language::from_toml(&source.name, &source.text)?),
+            Some(source) => Some(read_language(&source, &domain)?),
             None => None,
         };
         let skills = match read("skills.toml")? {
@@ -129,4 +130,14 @@ impl DomainFolder {
         let files = files.clone();
         Ok(Self { files, domain, domain_text, rules, perception, language, skills, hash, warnings })
     }
+}
+
+/// Reads `language.toml` and checks it against the domain.
+fn read_language(source: &SourceText, domain: &Domain) -> Result<Language, ConfigError> {
+    let language = Language::from_toml(&source.name, &source.text)?;
+    if let Err(mismatch) = language.check(domain) {
+        let file = TomlFile::parse(&source.name, &source.text)?;
+        return Err(vec![file.located(mismatch)].into());
+    }
+    Ok(language)
 }

@@ -12,17 +12,19 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::mismatch::quoted;
 use crate::pddl::{Domain, Problem, SourceText, parse_problem};
 use crate::run::ConfigError;
+use crate::settings::TomlFile;
 
 /// Most lines that one rule may stand for.
 const LINES_MAX: usize = 1_000_000;
 
 /// How problems of a domain are made from a size.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Template {
     /// What is declared: `name - type`.
@@ -34,7 +36,7 @@ pub struct Template {
 }
 
 /// A line, or one for each value of its counters.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Rule {
     /// `i = 1..n`: both ends count; later counters may use earlier ones.
@@ -48,10 +50,9 @@ impl Template {
     /// Reads a `stress.toml`.
     ///
     /// # Errors
-    /// [`ConfigError::Toml`] with line and column.
+    /// [`ConfigError::Problems`]: every unknown key and wrong value, with line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, ConfigError> {
-        toml::from_str(text)
-            .map_err(|e| ConfigError::Toml { path: file.to_owned(), message: e.to_string() })
+        Ok(TomlFile::parse(file, text)?.read()?)
     }
 
     /// The problem of that size.
@@ -170,6 +171,14 @@ fn sum(text: &str, values: &BTreeMap<&str, i64>) -> Result<i64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_misspelt_is_told_at_its_line() {
+        let text = "objects = []\ninit = []\ngoal = [{ text = \"(on a b)\", eech = [] }]\n";
+        let said = Template::parse("stress.toml", text).unwrap_err().to_string();
+        let expected = "stress.toml:3:30: error: goal[0].eech: unknown key; did you mean each?";
+        assert_eq!(said, expected);
+    }
 
     fn line(rule: &str, size: u32) -> Result<String, String> {
         let rule: Rule = toml::from_str(rule).unwrap();

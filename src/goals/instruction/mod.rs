@@ -17,6 +17,7 @@ mod tests;
 
 use std::ops::Range;
 
+use super::language::misfit;
 use super::{GoalError, GoalObject, GoalSource, Language, Misunderstood, ParsedGoal, Reason};
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::Domain;
@@ -76,7 +77,7 @@ pub fn parse(
     language: &Language,
     objects: &[GoalObject],
 ) -> Result<ParsedGoal, GoalError> {
-    language.check(domain)?;
+    language.check(domain).map_err(|mismatch| misfit(mismatch.to_string()))?;
     let vocabulary = Vocabulary::new(language, objects)?;
     understand(instruction, domain, language, &vocabulary, objects).map_err(|fault| {
         let example = language.examples.first().cloned();

@@ -433,12 +433,18 @@ fn a_language_that_does_not_fit_its_domain_is_refused() {
     );
     check("examples = 3", "words.toml:1:12: error: examples: expected an array, got 3");
     check("examples = []\n[[position]]\npick = \"lft\"\nbefore = []", "words.toml:3:8: ");
-    check("examples = []\n[[noun]]\ntype = \"ball\"\none = []\nmany = []", "no type \"ball\"");
+    check(
+        "examples = []\n[[noun]]\ntype = \"ball\"\none = []\nmany = []",
+        "noun[0].type: expected a type of the domain",
+    );
     let relation = |phrases: &str, predicate: &str| {
         format!("examples = []\n[[relation]]\nphrases = {phrases}\npredicate = \"{predicate}\"\n")
     };
-    check(&relation("[\"over\"]", "upon"), "no predicate \"upon\"");
-    check(&relation("[\"over\"]", "clear"), "expected a predicate of 2 arguments");
+    check(
+        &relation("[\"over\"]", "upon"),
+        "relation[0].predicate: expected a predicate of the domain",
+    );
+    check(&relation("[\"over\"]", "clear"), "a predicate of 2 arguments, got clear, which has 1");
     check(&format!("fillers = [\"over\"]\n{}", relation("[\"over\"]", "on")), "already means");
     check(&relation("[\"\"]", "on"), "no word but articles");
     check(
@@ -447,7 +453,7 @@ fn a_language_that_does_not_fit_its_domain_is_refused() {
     );
     check(
         "examples = []\n[[never]]\nboth = [\"(on ?x)\", \"(on ?x ?y)\"]\nbecause = \"\"",
-        "1 arguments",
+        "never[0].both[0]: expected a predicate of 1 arguments, got on, which has 2",
     );
 }
 

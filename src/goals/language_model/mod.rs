@@ -18,6 +18,7 @@ use self::cache::Cache;
 use self::config::{ExampleOption, Options};
 use self::prompt::Example;
 use self::validate::{Judged, Rules};
+use super::language::misfit;
 use super::{
     GoalError, GoalObject, GoalSource, Language, ParsedGoal, Phrase, Referent, instruction, logical,
 };
@@ -105,7 +106,7 @@ impl GoalSource for LanguageModel {
 
     fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
         if let Some(language) = &self.language {
-            language.check(domain)?;
+            language.check(domain).map_err(|mismatch| misfit(mismatch.to_string()))?;
             positions_can_be_told(language, domain, objects, &self.instruction)?;
         }
         let seen = from_left_to_right(objects);
