@@ -3,7 +3,8 @@
     pip install iceoryx2 numpy
     python3 examples/attach_camera.py NAME [FRAMES]
 
-NAME is the run's name (`run = "NAME"` in its run file, with `camera.kind = "external"`), which must have been started.
+NAME is the run's name (`--run NAME`, or `run = "NAME"` in its run file, with `camera.kind = "external"`). It waits for the
+run to start, and ends with Ctrl-C or after FRAMES frames. examples/attach_camera.rs shows a run to try it with.
 The fields are those of FrameHeader in src/transport/wire.rs.
 """
 
@@ -30,16 +31,32 @@ class FrameHeader(ctypes.Structure):
         return "groundloop.FrameHeader.v1"
 
 
+def open_when_there(builder, what):
+    """The service, once the run has created it: its settings are the run's to choose."""
+    is_told = False
+    while True:
+        try:
+            return builder().open()
+        except (iox2.PublishSubscribeOpenError, iox2.EventOpenError) as error:
+            if "DoesNotExist" not in str(error):
+                raise
+            if not is_told:
+                print(f"waiting for {what}: no run has created it yet", file=sys.stderr, flush=True)
+                is_told = True
+            time.sleep(PERIOD_S)
+
+
 def main(run, n_frames):
     config = iox2.config.default()
     config.global_cfg.root_path = iox2.Path.new("/dev/shm/groundloop")
     config.global_cfg.prefix = iox2.FileName.new("groundloop_")
     node = (iox2.NodeBuilder.new().config(config)
             .signal_handling_mode(iox2.SignalHandlingMode.Disabled).create(iox2.ServiceType.Ipc))
-    name = iox2.ServiceName.new(f"groundloop/{run}/camera/main/rgb")
-    frames = (node.service_builder(name).publish_subscribe(iox2.Slice[ctypes.c_uint8])
-              .user_header(FrameHeader).open())
-    wake_ups = node.service_builder(name).event().open()
+    topic = f"groundloop/{run}/camera/main/rgb"
+    service = lambda: node.service_builder(iox2.ServiceName.new(topic))
+    payload = iox2.Slice[ctypes.c_uint8]
+    frames = open_when_there(lambda: service().publish_subscribe(payload).user_header(FrameHeader), topic)
+    wake_ups = open_when_there(lambda: service().event(), topic)
     size = WIDTH * HEIGHT * 3
     publisher = frames.publisher_builder().initial_max_slice_len(size).create()
     notifier = wake_ups.notifier_builder().default_event_id(iox2.EventId.new(4)).create()
@@ -62,4 +79,9 @@ def main(run, n_frames):
 SCHEMA = 3  # of src/transport/wire.rs
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else sys.maxsize)
+    if len(sys.argv) not in (2, 3):
+        sys.exit("usage: attach_camera.py NAME [FRAMES]")
+    try:
+        main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else sys.maxsize)
+    except KeyboardInterrupt:
+        pass

@@ -8,9 +8,12 @@
 //! `clock = "realtime"`.
 //! To drive a real robot, let [`Arm`] speak to its controller and read its sensors.
 
+#![expect(clippy::print_stderr, reason = "an example says what is wrong")]
+
+use std::process::ExitCode;
 use std::time::Duration;
 
-use groundloop::actors::{Monitor, robot};
+use groundloop::actors::{ActorError, Monitor, robot};
 use groundloop::clock::monotonic_ns;
 use groundloop::hardware::{Arm, Robot, Sequencer, Target};
 use groundloop::messages::{Command, RobotState, Status, StatusKind};
@@ -119,9 +122,8 @@ impl Robot for MyRobot {
     }
 }
 
-#[tokio::main]
-async fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let run = std::env::args().nth(1).ok_or("usage: attach_robot NAME")?;
+/// Plays the robot until it is stopped (Ctrl-C); the run may come before or after it.
+async fn serve(run: String) -> Result<(), ActorError> {
     let position = Point3::new(0.0, 0.0, 0.5);
     let home = Target { position, yaw_rad: 0.0, opening_m: 0.08, speed_m_s: 0.5 };
     let robot = MyRobot {
@@ -133,5 +135,16 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     // The same root and prefix as the run's: the defaults.
     let bus = Bus::open(&BusConfig::for_run(run))?;
-    Ok(robot::serve(bus, Box::new(robot), Monitor::default()).await?)
+    robot::serve(bus, Box::new(robot), Monitor::default()).await
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let Some(run) = std::env::args().nth(1) else {
+        eprintln!("usage: attach_robot NAME");
+        return ExitCode::from(2);
+    };
+    let Err(error) = serve(run).await else { return ExitCode::SUCCESS };
+    eprintln!("error: {error}");
+    ExitCode::FAILURE
 }

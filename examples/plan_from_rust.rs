@@ -4,7 +4,9 @@
 //! cargo run --release --example plan_from_rust
 //! ```
 
-#![expect(clippy::print_stdout, reason = "an example shows what it does")]
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example shows what it does")]
+
+use std::process::ExitCode;
 
 const DOMAIN: &str = "
 (define (domain ferry)
@@ -30,15 +32,22 @@ const PROBLEM: &str = "
   (:goal (and (at red right) (at blue right))))
 ";
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let answer = groundloop::plan_text(DOMAIN, PROBLEM).map_err(|error| error.render())?;
+fn main() -> ExitCode {
+    let answer = match groundloop::plan_text(DOMAIN, PROBLEM) {
+        Ok(answer) => answer,
+        Err(error) => {
+            // It shows the line of the text that is wrong.
+            eprintln!("{}", error.render());
+            return ExitCode::FAILURE;
+        }
+    };
     let Some(plan) = answer.outcome.plan() else {
         println!("no plan: {}", answer.outcome);
-        return Ok(());
+        return ExitCode::SUCCESS;
     };
     println!("{} steps, proven cheapest: {}", plan.steps.len(), plan.proven_optimal);
     for step in &plan.steps {
         println!("  {step}");
     }
-    Ok(())
+    ExitCode::SUCCESS
 }

@@ -5,14 +5,14 @@
 //! cargo run --release --example watch_the_bus -- demo
 //! ```
 
-#![expect(clippy::print_stdout, reason = "it is what the example is for")]
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "it is what the example is for")]
+
+use std::process::ExitCode;
 
 use groundloop::messages::Event;
-use groundloop::transport::{Bus, BusConfig, EventReader, join};
+use groundloop::transport::{Bus, BusConfig, EventReader, TransportError, join};
 
-#[tokio::main]
-async fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let name = std::env::args().nth(1).ok_or("usage: watch_the_bus NAME")?;
+async fn watch(name: String) -> Result<(), TransportError> {
     // The same root and prefix as the run's: the defaults.
     let bus = Bus::open(&BusConfig::for_run(name))?;
     let mut events = EventReader::open(&bus)?;
@@ -26,4 +26,15 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
             return Ok(());
         }
     }
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let Some(name) = std::env::args().nth(1) else {
+        eprintln!("usage: watch_the_bus NAME");
+        return ExitCode::from(2);
+    };
+    let Err(error) = watch(name).await else { return ExitCode::SUCCESS };
+    eprintln!("error: {error}");
+    ExitCode::FAILURE
 }

@@ -11,6 +11,7 @@
 )]
 
 pub mod eval;
+pub mod external;
 pub mod schema;
 
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -154,6 +155,50 @@ pub fn data(below: &str, what: &str) -> Option<PathBuf> {
         println!("skipped: {what}: set GROUNDLOOP_DATA to a folder with {below}/");
     }
     found
+}
+
+/// The program of an example, which a run of all tests builds before it runs any.
+///
+/// # Panics
+/// When it is missing or older than what it is made of: `cargo test --test NAME` builds no examples.
+#[track_caller]
+pub fn example(name: &str) -> PathBuf {
+    // Tests and examples lie in folders beside each other.
+    let folder = std::env::current_exe().unwrap().ancestors().nth(2).unwrap().join("examples");
+    let program = folder.join(name);
+    let how = format!("cargo build --release --example {name}");
+    let Ok(built) = std::fs::metadata(&program) else {
+        panic!("{} is missing, build it: {how}", program.display());
+    };
+    // Cargo's own list of the files that it is made of: `program: file file …`.
+    let list = std::fs::read_to_string(folder.join(format!("{name}.d"))).unwrap();
+    let (_, sources) = list.trim().split_once(": ").unwrap();
+    for source in sources.replace("\\ ", "\0").split(' ').map(|s| s.replace('\0', " ")) {
+        let changed = std::fs::metadata(&source).and_then(|file| file.modified());
+        let is_older = changed.is_ok_and(|changed| changed > built.modified().unwrap());
+        assert!(!is_older, "{} is older than {source}, build it: {how}", program.display());
+    }
+    program
+}
+
+/// Another program as a child process; it is killed when this is dropped.
+pub struct Killed(pub Child);
+
+impl Killed {
+    /// Starts it in the project's folder.
+    pub fn start(program: &Path, args: &[&str], stdout: Stdio) -> Self {
+        let mut command = Command::new(program);
+        command.args(args).current_dir(project("")).stdin(Stdio::null()).stdout(stdout);
+        Self(command.spawn().unwrap())
+    }
+}
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        // It may have ended already.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
 }
 
 /// The program as a child process in the project's folder; it is killed when this is dropped.
