@@ -6,6 +6,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a failed step must fail the test")]
 
 mod common;
+#[path = "parts/hardware.rs"]
+mod hardware;
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -13,22 +15,23 @@ use std::path::Path;
 use std::sync::Arc;
 
 use common::project;
-use groundloop::geometry::{Aabb, PixelBox};
+use groundloop::geometry::{Aabb, CameraModel, Intrinsics, MaskRun, PixelBox};
 use groundloop::goals::{GOALS, GoalInputs, GoalObject, GoalSource};
-use groundloop::hardware::{CAMERAS, HardwareInputs, ROBOTS, SharedWorld};
-use groundloop::messages::{Command, CommandKind, Expect, Motion, RobotState, Waypoint};
+use groundloop::messages::{Motion, RobotState};
 use groundloop::parts::{Part, PartChoice, PartContext, PartError, Registry, Role};
 use groundloop::pddl::{Name, SourceText, parse_domain, parse_problem};
 use groundloop::perception::detectors::{DETECTORS, DetectorInputs};
 use groundloop::perception::grounders::{GROUNDERS, GrounderInputs};
 use groundloop::perception::model::{Exemplars, ObjectBox};
-use groundloop::perception::{FrameView, ImageView, Observation};
+use groundloop::perception::{
+    DepthView, Detection, FrameView, ImageView, Observation, lift_detections,
+};
 use groundloop::planners::{PLANNERS, PlanQuery, PlannerInputs};
 use groundloop::planning::{Budget, PlanRequest};
 use groundloop::run::{DomainFolder, RunConfig, load_run};
 use groundloop::scene::{SceneObject, Visibility};
 use groundloop::skills::{SKILLS, SkillContext};
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Nobody listens there.
 const NOWHERE: &str = "url = 'http://127.0.0.1:9'";
@@ -170,6 +173,45 @@ fn absurd_objects() -> Vec<Vec<ObjectBox>> {
     vec![Vec::new(), all.collect()]
 }
 
+/// Depth images that no camera should give, some of another size than any image.
+fn absurd_depths() -> Vec<(usize, usize, Vec<f32>)> {
+    let fills = [0.0, -1.0, f32::NAN, f32::INFINITY, f32::MAX, 0.7];
+    let sizes = [(1, 1), (1, 400), (64, 48), (65, 47)];
+    let all = sizes.iter().flat_map(|&(w, h)| {
+        let mixed = (0..w * h).map(move |i| fills[i * 7 % fills.len()]).collect();
+        fills.map(|fill| (w, h, vec![fill; w * h])).into_iter().chain([(w, h, mixed)])
+    });
+    all.collect()
+}
+
+/// Cameras of a known and of an absurd kind.
+fn cameras() -> [CameraModel; 2] {
+    let camera = |f: f64, c: f64| CameraModel {
+        intrinsics: Intrinsics { fx: f, fy: f, cx: c, cy: c },
+        // It looks along y.
+        world_from_camera: Isometry3::new(
+            Vector3::new(0.0, -0.7, c),
+            Vector3::x() * -std::f64::consts::FRAC_PI_2,
+        ),
+    };
+    [camera(50.0, 32.0), camera(0.0, f64::NAN)]
+}
+
+/// An image and a depth image that do not belong together, with the camera that is said to show both.
+fn each_absurd_frame(mut show: impl FnMut(&FrameView<'_>)) {
+    let (images, depths) = (absurd_images(), absurd_depths());
+    for (width, height, rgb) in &images {
+        let image = ImageView::new(*width, *height, rgb).ok();
+        show(&FrameView { image, depth: None, camera: None });
+        for (width, height, depth_m) in &depths {
+            let depth = Some(DepthView::new(*width, *height, depth_m).unwrap());
+            for camera in &cameras() {
+                show(&FrameView { image, depth, camera: Some(camera) });
+            }
+        }
+    }
+}
+
 #[test]
 fn detectors() {
     let folder = blocks();
@@ -180,10 +222,56 @@ fn detectors() {
         for (width, height, rgb) in absurd_images() {
             let Ok(view) = ImageView::new(width, height, &rgb) else { continue };
             let learnt = detector.learn(&view, &absurd_objects().concat());
-            answers.push(format!("{learnt:?} {:?}", detector.detect(&view, &phrases)));
+            let detected = detector.detect(&view, &phrases);
+            answers.push(format!("{learnt:?} {detected:?}"));
+            let mut objects = detected.map(|found| found.objects).unwrap_or_default();
+            for (width, height, depth_m) in absurd_depths() {
+                let depth = Some(DepthView::new(width, height, &depth_m).unwrap());
+                let camera = Some(&cameras()[0]);
+                let frame = FrameView { image: Some(view), depth, camera };
+                lift_detections(&folder.perception, &frame, &mut objects);
+                answers.push(format!("{objects:?}"));
+            }
         }
         answers
     });
+}
+
+/// Whatever a detector says of a frame, giving it a box in the world says something sound or nothing.
+#[test]
+fn absurd_detections_are_measured_soundly_or_not_at_all() {
+    let perception = &blocks().perception;
+    let run = |y, x_start, x_end| MaskRun { y, x_start, x_end };
+    let masks = [
+        vec![],
+        vec![run(0, 0, 0)],
+        vec![run(5, 9, 3), run(5, 2, 4)],
+        (0..40).map(|y| run(y, 3, 50)).collect(),
+        vec![run(u32::MAX, u32::MAX - 3, u32::MAX)],
+    ];
+    let mut objects: Vec<Detection> = Vec::new();
+    for object in absurd_objects().concat().iter().filter(|o| o.type_name == "block") {
+        for mask in &masks {
+            let detection =
+                Detection::new(object.type_name.clone(), Name::new("red"), object.pixel_box);
+            objects.push(Detection { mask: mask.clone(), score: f32::NAN, ..detection });
+        }
+    }
+    let mut n_measured = 0;
+    for (width, height, depth_m) in &absurd_depths() {
+        let depth = Some(DepthView::new(*width, *height, depth_m).unwrap());
+        for camera in &cameras() {
+            let frame = FrameView { image: None, depth, camera: Some(camera) };
+            lift_detections(perception, &frame, &mut objects);
+            for estimate in objects.iter().filter_map(|object| object.measured.as_ref()) {
+                n_measured += 1;
+                let Aabb { centre, extent } = estimate.volume;
+                assert!(centre.iter().all(|v| v.is_finite()), "{estimate:?}");
+                assert!(extent.iter().all(|v| v.is_finite() && *v >= 0.0), "{estimate:?}");
+            }
+        }
+    }
+    assert!(n_measured > 0);
 }
 
 #[test]
@@ -194,12 +282,10 @@ fn grounders() {
     keeps_promises(&GROUNDERS, &|| GrounderInputs { domain, perception, exemplars }, &|grounder| {
         let mut answers = Vec::new();
         for objects in absurd_objects() {
-            for (width, height, rgb) in absurd_images() {
-                let image = ImageView::new(width, height, &rgb).ok();
-                let frame = FrameView { image, depth: None, camera: None };
-                let observation = Observation { frame, objects: &objects };
+            each_absurd_frame(|frame| {
+                let observation = Observation { frame: *frame, objects: &objects };
                 answers.push(format!("{:?}", grounder.ground(&observation)));
-            }
+            });
         }
         answers
     });
@@ -324,71 +410,5 @@ fn skills() {
             }
         }
         answers
-    });
-}
-
-fn hardware(folder: &'static DomainFolder) -> HardwareInputs<'static> {
-    let run = run_file();
-    HardwareInputs {
-        clock: run.clock,
-        rate_hz: run.camera.rate_hz,
-        seed: run.seed,
-        folder: &folder.files,
-        origin: &run.origin,
-        domain: &folder.domain,
-        sim: run.sim.as_ref(),
-        faults: &[],
-        world: kept(SharedWorld::default()),
-    }
-}
-
-#[test]
-fn robots() {
-    let folder = blocks();
-    let waypoint = |x: f64| Waypoint {
-        position: Point3::new(x, 0.0, x),
-        yaw_rad: x,
-        opening_m: x,
-        speed_m_s: x,
-        expect: Expect::Holding,
-        retractable: true,
-    };
-    let motions = [vec![], vec![waypoint(f64::NAN)], vec![waypoint(1e300), waypoint(-1.0)]];
-    let starts = motions.map(|waypoints| CommandKind::Start(Motion { waypoints }));
-    let kinds = [CommandKind::Hold, CommandKind::Cancel, CommandKind::Continue];
-    let kinds: Vec<CommandKind> = kinds.into_iter().chain(starts).collect();
-    keeps_promises(&ROBOTS, &|| hardware(folder), &|port| {
-        let Some(open) = &port.open else { return vec![format!("{}", port.acts)] };
-        let mut robot = open();
-        let mut said = Vec::new();
-        for (i, kind) in kinds.iter().enumerate() {
-            let command = Command {
-                id: i as u64,
-                frame_sequence: i as u64,
-                capture_ns: 0,
-                kind: kind.clone(),
-                step: None,
-            };
-            robot.accept(&command);
-            said.push(format!("{:?} {:?}", robot.state(), robot.pending()));
-            robot.published();
-        }
-        said
-    });
-}
-
-#[test]
-fn cameras() {
-    let folder = blocks();
-    let runtime = common::runtime();
-    keeps_promises(&CAMERAS, &|| hardware(folder), &|port| {
-        let Some(open) = &port.open else { return None };
-        // A simulated camera in lockstep shows its first frame once the robot has spoken.
-        let open = Arc::clone(open);
-        let size = port.image_size;
-        runtime.block_on(async move {
-            let _camera = open().unwrap();
-            Some(size)
-        })
     });
 }

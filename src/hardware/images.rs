@@ -49,7 +49,7 @@ fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartE
     let (path, rate_hz) = (context.path(&path), context.inputs.rate_hz);
     let fault = |reason: String| PartError::Inputs { reason };
     let images = find_images(&path).map_err(|e| fault(e.to_string()))?;
-    let first = images.first().map(|first| read_rgb(first).map_err(|e| fault(e.to_string())));
+    let first = images.first().map(|first| read(first).map_err(|e| fault(e.to_string())));
     let image_size = first.transpose()?.map(|image| [image.width(), image.height()]);
     let open: OpenCamera =
         Arc::new(move || Ok(Box::new(ImageCamera::open(&path, rate_hz, repeat, None)?)));
@@ -82,6 +82,12 @@ pub fn find_images(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
     Ok(images)
 }
 
+/// An image; the error names its path.
+fn read(path: &Path) -> Result<RgbImage, CameraError> {
+    read_rgb(path)
+        .map_err(|e| CameraError::Image { path: path.display().to_string(), reason: e.to_string() })
+}
+
 impl ImageCamera {
     /// A camera that shows the images at `path` (see [`find_images`]) at `rate_hz`, each for
     /// `repeat` frames, and stops after `frames_max` frames.
@@ -94,13 +100,9 @@ impl ImageCamera {
         repeat: u64,
         frames_max: Option<u64>,
     ) -> Result<Self, CameraError> {
-        let read = |path: &PathBuf| {
-            read_rgb(path).map(still).map_err(|e| CameraError::Image {
-                path: path.display().to_string(),
-                reason: e.to_string(),
-            })
-        };
-        let frames = find_images(path)?.iter().map(read).collect::<Result<_, CameraError>>()?;
+        let images = find_images(path)?;
+        let frames = images.iter().map(|path| read(path).map(still));
+        let frames = frames.collect::<Result<_, CameraError>>()?;
         let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         Ok(Self { frames, repeat: repeat.max(1), ticks, sequence: 0, frames_max })

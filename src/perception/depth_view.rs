@@ -46,6 +46,11 @@ impl<'a> DepthView<'a> {
         Ok(Self { width, depth_m })
     }
 
+    /// Columns and rows.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.width, self.depth_m.len() / self.width].map(|n| n as u32)
+    }
+
     /// The depth of one pixel in metres, `None` where it is unknown or outside the image.
     pub(super) fn at(&self, x: u32, y: u32) -> Option<f64> {
         let index = (x as usize) < self.width;

@@ -19,8 +19,13 @@ pub(super) fn mask_of_box(
         let n = range.len() as u32 / 4;
         range.start + n..range.end.saturating_sub(n)
     };
-    let middle_columns = quarter(&columns);
-    let mut middle: Vec<f64> = quarter(&rows)
+    // A detector may give a box that is far larger than the image.
+    let [n_columns, n_rows] = depth.size();
+    let within = |range: &std::ops::Range<u32>, n: u32| range.start..range.end.min(n);
+    let middle_columns = within(&quarter(&columns), n_columns);
+    let middle_rows = within(&quarter(&rows), n_rows);
+    let (columns, rows) = (within(&columns, n_columns), within(&rows, n_rows));
+    let mut middle: Vec<f64> = middle_rows
         .flat_map(|y| middle_columns.clone().filter_map(move |x| depth.at(x, y)))
         .collect();
     if middle.is_empty() {
