@@ -67,14 +67,15 @@ fn watch_the_bus_follows_a_run_to_its_end() {
     let (run, _folder) = external::run(&name, &[exemplars, "robot.wait_s=120"]);
     let mut watcher = Killed::start(&example("watch_the_bus"), &[&name], Stdio::piped());
     let pid = Pid::from_child(&watcher.0);
-    let ended = std::thread::spawn(move || {
+    let wait = move || {
         let ended = run.end();
         if !ended.status.success() {
             // Nothing would come any more.
             kill_process(pid, Signal::KILL).unwrap();
         }
         ended
-    });
+    };
+    let ended = std::thread::Builder::new().name("run".to_owned()).spawn(wait).unwrap();
     let mut lines = BufReader::new(watcher.0.stdout.take().unwrap());
     let mut first = String::new();
     lines.read_line(&mut first).unwrap();
@@ -132,7 +133,6 @@ fn attach_camera_publishes_frames() {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn attach_camera_in_python_publishes_frames() {
     let python = Path::new("python3");
     let mut check = Command::new(python);

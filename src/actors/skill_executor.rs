@@ -54,6 +54,8 @@ pub struct SkillExecutorMemory {
     robot: Option<RobotState>,
     /// When the newest state came, monotonic clock.
     robot_heard_ns: u64,
+    /// Whether a command has been sent since.
+    is_robot_asked: bool,
     n_commands: u64,
     n_events: u64,
     requests: Requests,
@@ -102,6 +104,10 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         let is_paused = memory.requests.pace == Pace::Paused;
         // Nothing can be decided for a robot that is not there yet.
         let waits = args.config.motion.is_some() && memory.robot.is_none();
+        // In lockstep nothing else comes before the robot has answered.
+        let is_asked = memory.is_robot_asked
+            && args.config.motion.is_some()
+            && args.clock == ClockKind::Lockstep;
         let plan = tokio::select! {
             biased;
             message = ports.controls.next() => {
@@ -111,11 +117,11 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 args.checkpoint.store(memory.clone());
                 continue;
             }
-            state = ports.states.newest_of(read_state), if waits => {
+            state = ports.states.newest_of(read_state), if waits || is_asked => {
                 memory.hear_robot(state?);
                 continue;
             }
-            () = &mut robot_deadline, if waits => {
+            () = &mut robot_deadline, if waits || is_asked => {
                 return Err(robot_is_missing(args.robot_wait).into());
             }
             plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
@@ -131,6 +137,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         if decision.verdict.is_some() {
             return stay_open().await;
         }
+        robot_deadline.set(tokio::time::sleep(args.robot_wait));
     }
 }
 
@@ -151,6 +158,7 @@ fn robot_is_missing(wait: Duration) -> Fatal {
 impl SkillExecutorMemory {
     fn hear_robot(&mut self, state: RobotState) {
         (self.robot, self.robot_heard_ns) = (Some(state), monotonic_ns());
+        self.is_robot_asked = false;
     }
 
     /// Gathers what has arrived and decides; `None` while no scene has come.
@@ -205,6 +213,7 @@ impl SkillExecutorMemory {
         let header = device_header(self.n_commands, command.capture_ns);
         ports.commands.publish(header, &[command_to_wire(command)?])?;
         self.n_commands += 1;
+        self.is_robot_asked = true;
         Ok(())
     }
 
