@@ -1,5 +1,6 @@
 //! A planner of your own: breadth-first search by direct interpretation of the domain, in one screen. It is asked
-//! for a plan here, and the independent validator checks the answer.
+//! for a plan here, and the independent validator checks the answer. Every step costs one, and a domain with derived
+//! predicates is beyond it.
 //!
 //! ```console
 //! cargo run --release --example own_planner

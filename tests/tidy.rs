@@ -17,6 +17,7 @@ use groundloop::planners::PLANNERS;
 use groundloop::run::{DomainFolder, load_run};
 use groundloop::skills::SKILLS;
 use groundloop::stress::load_stress;
+use groundloop::transport::topics::TOPICS;
 
 /// Most lines of a file.
 const LINES_MAX: usize = 500;
@@ -228,4 +229,22 @@ fn a_public_type_name_means_one_thing() {
     assert!(homes.len() > 100);
     let shared = homes.iter().filter(|(_, files)| files.len() > 1);
     none(&shared.map(|(name, files)| format!("{name}: {}", files.join(", "))).collect::<Vec<_>>());
+}
+
+/// A topic that is declared is in `TOPICS`, and in the table of ARCHITECTURE.
+#[test]
+fn every_topic_is_in_the_tables() {
+    let declared = read(&project("src/transport/topics.rs"));
+    let n_declared = declared.lines().filter(|line| line.contains(": Topic = ")).count();
+    assert_eq!(n_declared, TOPICS.len(), "TOPICS in src/transport/topics.rs lacks a topic");
+    let text = read(&project("ARCHITECTURE.md"));
+    let rows: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("| `")).collect();
+    for topic in TOPICS {
+        let named = format!("`{}`", topic.name);
+        let has_row = rows.iter().any(|row| {
+            let first = row.split(" | ").next().unwrap();
+            format!("`{first}").contains(&named)
+        });
+        assert!(has_row, "ARCHITECTURE.md: the table of topics lacks {named}");
+    }
 }
