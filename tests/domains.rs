@@ -7,6 +7,7 @@ mod common;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use common::{files_below, folders_in, in_project, project};
 use groundloop::geometry::PixelBox;
@@ -209,4 +210,26 @@ fn every_scene_can_be_built_and_stands() {
             }
         }
     }
+}
+
+/// The commands of docs/goals.md and docs/detectors.md name a domain, not a folder.
+#[test]
+fn a_shipped_domain_is_found_by_its_name_everywhere() {
+    let objects = "red_block:block@100,200,150,250 blue_block:block@200,200,250,250";
+    let sentence = ["--instruction", "red on blue", "--objects", objects];
+    let read = |domain: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_groundloop"));
+        let folder = tempfile::tempdir().unwrap();
+        command.current_dir(folder.path()).args(["goal", "--domain", domain]).args(sentence);
+        command.output().unwrap()
+    };
+    let named = read("blocksworld");
+    assert_eq!(named.status.code(), Some(0), "{}", String::from_utf8_lossy(&named.stderr));
+    let folder = project("domains/blocksworld");
+    assert_eq!(named.stdout, read(folder.to_str().unwrap()).stdout);
+    let unknown = read("no_such_domain");
+    assert_eq!(unknown.status.code(), Some(2));
+    let said = String::from_utf8(unknown.stderr).unwrap();
+    assert!(said.contains("a folder with a domain.pddl"), "{said}");
+    assert!(said.contains("no_such_domain"), "{said}");
 }
