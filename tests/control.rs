@@ -149,6 +149,7 @@ fn a_pause_outlasts_the_wait_for_a_frame() {
             healths.next().await.unwrap();
         }
         operator.ask(Control::Resume);
+        operator.hear(|event| *event == Event::Resumed).await;
     });
     assert_eq!(report.verdict, "reached", "{report:#?}");
 }

@@ -83,11 +83,13 @@ pub const OUTCOME: Topic = stream("outcome");
 
 /// Which scene and plan each command rests on: executor → whoever measures or records.
 pub const DECISION: Topic = stream("decision");
-/// What has happened, as JSON with a line for people: executor → narration, recorder, viewers.
+/// What has happened, as JSON with a line for people: executor → narration, recorder,
+/// viewers, scene parser (pauses).
 pub const EVENT: Topic = text("event", EVENTS_HISTORY);
 /// How the episode has ended, as JSON: executor → whoever waits for it.
 pub const VERDICT: Topic = text("verdict", 1);
-/// Requests to stop, pause, resume or step: any process → executor, scene parser.
+/// Requests to stop, pause, resume or step: any process → executor. Who asks stays until an event
+/// answers: a message that the executor has not read yet is lost with its writer.
 pub const CONTROL: Topic = Topic { writers_max: CONTROL_WRITERS_MAX, ..stream("control") };
 /// How the actors fare: supervisor → viewers.
 pub const HEALTH: Topic = state("health", 8);

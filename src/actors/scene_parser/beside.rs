@@ -16,7 +16,6 @@ use super::{
     MakeDetector, NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, check,
     nothing_usable, read_depth,
 };
-use crate::actors::pause::Pace;
 use crate::actors::{ActorError, Fatal};
 use crate::transport::Received;
 use crate::transport::convert::RgbFrame;
@@ -71,9 +70,12 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
         };
         tokio::select! {
             biased;
-            request = ports.controls.next() => {
-                memory.requests.take(&request?);
-                tools.wait_anew(args.wait);
+            event = ports.events.next() => {
+                let was_paused = memory.is_paused;
+                memory.hear_event(&event?, &args.context);
+                if memory.is_paused != was_paused {
+                    tools.wait_anew(args.wait);
+                }
             }
             answer = tools.thread.answer() => {
                 take_answer(args, &mut memory, &mut tools, &ports, answer?)?;
@@ -82,7 +84,7 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 take_frame(args, &mut memory, &mut tools, &mut ports, &frame?)?;
             }
             () = sleep_until(deadline) => {
-                if memory.requests.pace == Pace::Free {
+                if !memory.is_paused {
                     return Err(tools.too_late(args).into());
                 }
                 tools.wait_anew(args.wait);

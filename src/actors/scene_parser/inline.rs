@@ -7,7 +7,6 @@ use super::{
     read_depth, scene_of,
 };
 use crate::actors::ActorError;
-use crate::actors::pause::Pace;
 use crate::clock::monotonic_ns;
 use crate::perception::detectors::Detector;
 use crate::perception::{DepthView, FrameView, ImageView};
@@ -39,15 +38,18 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
         };
         let frame = tokio::select! {
             biased;
-            request = ports.controls.next() => {
-                memory.requests.take(&request?);
-                args.checkpoint.store(memory.clone());
-                deadline = Instant::now() + args.wait;
+            event = ports.events.next() => {
+                let was_paused = memory.is_paused;
+                memory.hear_event(&event?, &args.context);
+                if memory.is_paused != was_paused {
+                    args.checkpoint.store(memory.clone());
+                    deadline = Instant::now() + args.wait;
+                }
                 continue;
             }
             frame = ports.rgb.newest_of(usable) => frame?,
             () = sleep_until(deadline) => {
-                if memory.requests.pace == Pace::Free {
+                if !memory.is_paused {
                     return Err(nothing_usable(args, rejection).into());
                 }
                 deadline = Instant::now() + args.wait;

@@ -10,10 +10,9 @@ mod thread;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::pause::Requests;
 use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::monotonic_ns;
-use crate::messages::{Dispatch, GoalUpdate, RobotState, Status};
+use crate::messages::{Dispatch, Event, GoalUpdate, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::grounders::GrounderError;
@@ -21,16 +20,16 @@ use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
 use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    RgbFrame, WireContext, WireError, depth_from_wire, dispatch_from_wire, goal_from_wire,
-    robot_state_from_wire, scene_to_wire, status_from_wire,
+    RgbFrame, WireContext, WireError, depth_from_wire, dispatch_from_wire, event_from_wire,
+    goal_from_wire, robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CAMERA_DEPTH, CAMERA_RGB, CONTROL, DISPATCH, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
+    CAMERA_DEPTH, CAMERA_RGB, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
     SCENE,
 };
 use crate::transport::wire::{
-    ControlRecord, DeviceHeader, DispatchRecord, FrameHeader, RobotStateRecord, SceneRecord,
-    StatusRecord, StreamHeader, TaskHeader, WireHeader,
+    DeviceHeader, DispatchRecord, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
+    StreamHeader, TaskHeader, WireHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Record, Subscriber, TransportError};
 
@@ -84,8 +83,8 @@ pub struct SceneParserMemory {
     named: Vec<Typed>,
     /// The scene of the frame that the detector answered last, while it works beside the loop.
     last_scene: Option<Scene>,
-    /// Whether the loop is paused.
-    requests: Requests,
+    /// Whether the loop is paused or at its end, so that no frame is awaited.
+    is_paused: bool,
 }
 
 struct Ports {
@@ -95,7 +94,7 @@ struct Ports {
     dispatches: Subscriber<StreamHeader, DispatchRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
     goals: Subscriber<TaskHeader, u8>,
-    controls: Subscriber<DeviceHeader, ControlRecord>,
+    events: Subscriber<StreamHeader, u8>,
     scenes: Publisher<TaskHeader, SceneRecord>,
 }
 
@@ -140,7 +139,7 @@ pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
         dispatches: bus.subscriber(&DISPATCH, Depth::all(RELIABLE_DEPTH))?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
         goals: bus.subscriber(&GOAL, Depth::newest())?,
-        controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
+        events: bus.subscriber(&EVENT, Depth::all(RELIABLE_DEPTH))?,
         scenes: bus.publisher(&SCENE)?,
     };
     if args.beside {
@@ -279,6 +278,19 @@ impl SceneParserMemory {
         let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
         self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         Ok(())
+    }
+}
+
+impl SceneParserMemory {
+    /// Hears from the executor whether it waits for frames. The request to pause is no witness: it is
+    /// lost with whoever sent it.
+    fn hear_event(&mut self, message: &Received<StreamHeader, u8>, context: &WireContext) {
+        match event_from_wire(message.header(), message.records(), context).map(|m| m.event) {
+            Ok(Event::Paused | Event::End(_)) => self.is_paused = true,
+            Ok(Event::Resumed) => self.is_paused = false,
+            Ok(_) => {}
+            Err(error) => tracing::warn!(topic = EVENT.name, %error, "rejected"),
+        }
     }
 }
 
