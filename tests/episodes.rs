@@ -118,7 +118,10 @@ fn a_panic_in_any_actor_changes_nothing() {
 /// panics while it is being made has it made again, and takes it over at the same cycle.
 #[test]
 fn a_panic_while_a_distance_table_is_made_changes_nothing() {
-    let sets = ["sim.scene=scenes/three_blocks.toml", "goal.text=red over blue over green"];
+    // Those of the file that concern blocks of this scene.
+    let faults = "fault=[{ at_s = 2.0, action = { kind = \"displace\", object = \"red_block\" } }, \
+                  { during = \"stack\", nth = 2, after_s = 0.4, action = { kind = \"take_from_gripper\" } }]";
+    let sets = ["sim.scene=scenes/three_blocks.toml", "goal.text=red over blue over green", faults];
     let run = |more: &[&str]| episode(small("blocksworld_disturbed.toml", &[&sets, more].concat()));
     let calm = run(&[]);
     assert!(calm.report.rungs.contains_key("trajectory"), "{:?}", calm.report.rungs);
