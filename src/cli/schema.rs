@@ -11,6 +11,7 @@ use super::reports::{
 };
 use super::{Failure, out};
 use crate::eval::prodgv::EvaluationReport;
+use crate::eval::robustness::RobustnessReport;
 use crate::stress::StressReport;
 
 #[derive(Debug, clap::Args)]
@@ -27,6 +28,7 @@ type Make = fn() -> Schema;
 const SCHEMAS: &[(&str, Make)] = &[
     ("config-show", schema::<ConfigReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
+    ("eval-robustness", schema::<RobustnessReport>),
     #[cfg(feature = "sim")]
     ("eval-sim-grounding", schema::<super::reports::SimGroundingReport>),
     ("goal", schema::<GoalReport>),

@@ -21,7 +21,7 @@ use crate::perception::{DepthView, FrameView, ImageView, lift_detections};
 use crate::run::{ConfigError, DomainFolder, RunConfig};
 
 /// The scene below a domain's folder that is looked at, with one arrangement for each seed.
-const SCENE: &str = "scenes/evaluation.toml";
+pub(super) const SCENE: &str = "scenes/evaluation.toml";
 
 /// A detection is the labelled object that it overlaps most, by at least this share: less says
 /// that it is something else.
@@ -167,7 +167,7 @@ fn row(folder: &DomainFolder, camera: &'static str, objects: Source, features: U
 }
 
 /// The domain's labelled examples, seen by this camera.
-fn examples(
+pub(super) fn examples(
     labeller: &mut Labeller<'_>,
     folder: &DomainFolder,
     seed: u64,

@@ -66,6 +66,17 @@ impl PixelBox {
         }
     }
 
+    /// The smallest box that contains both.
+    #[must_use]
+    pub fn hull(&self, other: &Self) -> Self {
+        Self {
+            x1: self.x1.min(other.x1),
+            y1: self.y1.min(other.y1),
+            x2: self.x2.max(other.x2),
+            y2: self.y2.max(other.y2),
+        }
+    }
+
     /// Intersection over union, in 0..=1.
     pub fn iou(&self, other: &Self) -> f64 {
         let common = self.intersection(other).area();

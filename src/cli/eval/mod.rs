@@ -2,6 +2,7 @@
 
 mod prodgv;
 mod prodgv_tables;
+mod robustness;
 mod sim_grounding;
 
 use clap::Subcommand;
@@ -18,6 +19,8 @@ pub(super) struct Args {
 enum What {
     /// Measure grounding and planning on the paper's data set, a whole or partial checkout of it.
     ProdgV(prodgv::Args),
+    /// Measure grounding from pixels in other light, at other angles, with things in the way.
+    Robustness(robustness::Args),
     /// Measure grounding on simulated scenes, by camera and by feature.
     SimGrounding(sim_grounding::Args),
 }
@@ -26,6 +29,7 @@ enum What {
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     match &args.what {
         What::ProdgV(args) => prodgv::run(args),
+        What::Robustness(args) => robustness::run(args),
         What::SimGrounding(args) => sim_grounding::run(args),
     }
 }

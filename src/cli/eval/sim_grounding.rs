@@ -36,7 +36,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
 }
 
 #[cfg(feature = "sim")]
-mod with_sim {
+pub(super) mod with_sim {
     use std::collections::BTreeSet;
     use std::path::{Path, PathBuf};
 
@@ -99,7 +99,7 @@ mod with_sim {
     }
 
     /// The first shipped run file with a simulated camera of each domain that has the scene.
-    fn found() -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
+    pub(in crate::cli::eval) fn found() -> Result<Vec<(RunConfig, DomainFolder)>, Failure> {
         let names = shipped_names().into_iter().filter(|name| !name.starts_with("stress"));
         let paths: Vec<PathBuf> = names.map(PathBuf::from).collect();
         let mut domains = BTreeSet::new();

@@ -255,7 +255,9 @@ impl Step<'_> {
 }
 
 /// The photographs of all problems.
-fn read_pictures(data: &DomainData) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
+pub(in crate::eval) fn read_pictures(
+    data: &DomainData,
+) -> Result<BTreeMap<u32, RgbImage>, EvalError> {
     let mut pictures = BTreeMap::new();
     for problem in &data.problems {
         let picture = problem.picture()?.ok_or_else(|| EvalError::File {
@@ -267,7 +269,7 @@ fn read_pictures(data: &DomainData) -> Result<BTreeMap<u32, RgbImage>, EvalError
     Ok(pictures)
 }
 
-fn grounder(
+pub(in crate::eval) fn grounder(
     choice: &PartChoice,
     fitted: &FittedDomain,
     exemplar: &Labelled,
@@ -280,7 +282,7 @@ fn grounder(
 }
 
 /// A detector that has learnt from the exemplar's photograph.
-fn detector(
+pub(in crate::eval) fn detector(
     choice: &PartChoice,
     fitted: &FittedDomain,
     (exemplar, pictures): (&Labelled, &BTreeMap<u32, RgbImage>),

@@ -19,7 +19,7 @@ mod pair;
 mod stage;
 mod carry_out;
 pub mod jitter;
-mod evaluate;
+pub(in crate::eval) mod evaluate;
 mod report;
 mod published;
 mod pictures;

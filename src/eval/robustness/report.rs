@@ -1,0 +1,188 @@
+//! What came of all disturbed pictures, counted.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{TRANSFORMS, Tried, Worth};
+
+/// 95 % of the standard normal distribution lie within this many standard deviations.
+const Z_95: f64 = 1.96;
+
+/// Output of `groundloop eval robustness --json`.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(title = "groundloop eval robustness --json")]
+pub struct RobustnessReport {
+    /// The detector.
+    pub detector: String,
+    /// The grounder.
+    pub grounder: String,
+    /// Where the disturbances' seeds begin.
+    pub seed: u64,
+    /// One row for each set of pictures and disturbance.
+    pub rows: Vec<RobustnessRow>,
+    /// What is wrong or unknown in each picture that is not right; empty without `--details`.
+    pub faults: Vec<RobustnessFault>,
+}
+
+/// One set of pictures under one disturbance. Objects count as facts do: a missed or an invented
+/// object makes a state wrong.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RobustnessRow {
+    /// The pictures: a domain's photographs or rendered scenes.
+    pub pictures: String,
+    /// The disturbance.
+    pub transform: &'static str,
+    /// Whether it hides parts of objects: then unknown is as good as right.
+    pub hides: bool,
+    /// States that are exactly right.
+    pub right: u32,
+    /// States without a wrong word, in which some facts are unknown.
+    pub unknown: u32,
+    /// Wrong states that an anomaly or an unknown fact warns of.
+    pub doubted: u32,
+    /// Wrong states that nothing warns of.
+    pub silent: u32,
+    /// Wilson's 95 % interval of the share of right states (Wilson, 1927).
+    pub right_share_95: [f64; 2],
+}
+
+/// What is wrong with one state.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RobustnessFault {
+    /// Which picture, read by which example.
+    pub case: String,
+    /// The disturbance.
+    pub transform: &'static str,
+    /// What the state is worth.
+    pub worth: Worth,
+    /// What is wrong, missing or unknown.
+    pub faults: Vec<String>,
+    /// What warned.
+    pub anomalies: Vec<String>,
+}
+
+impl RobustnessRow {
+    /// How many states were read.
+    pub fn n(&self) -> u32 {
+        self.right + self.unknown + self.doubted + self.silent
+    }
+
+    fn count(&mut self, worth: Worth) {
+        let counter = match worth {
+            Worth::Right => &mut self.right,
+            Worth::Unknown => &mut self.unknown,
+            Worth::Doubted => &mut self.doubted,
+            Worth::Silent => &mut self.silent,
+        };
+        *counter += 1;
+        self.right_share_95 = wilson(self.right, self.n());
+    }
+}
+
+impl RobustnessReport {
+    /// A report of nothing yet.
+    pub fn new(detector: &str, grounder: &str, seed: u64) -> Self {
+        let (detector, grounder) = (detector.to_owned(), grounder.to_owned());
+        Self { detector, grounder, seed, rows: Vec::new(), faults: Vec::new() }
+    }
+
+    /// Counts one picture; with `details` says what is wrong with it.
+    pub fn add(&mut self, pictures: &str, tried: &Tried<'_>, details: bool) {
+        let (transform, worth) = (tried.transform.name, tried.judgement.worth);
+        let is_it =
+            |row: &&mut RobustnessRow| row.pictures == pictures && row.transform == transform;
+        if let Some(row) = self.rows.iter_mut().find(is_it) {
+            row.count(worth);
+        } else {
+            let mut row = empty(pictures, transform, tried.transform.hides);
+            row.count(worth);
+            self.rows.push(row);
+        }
+        if details && worth != Worth::Right {
+            let anomalies = tried.read.state.grounding.anomalies.iter();
+            self.faults.push(RobustnessFault {
+                case: tried.case.to_owned(),
+                transform,
+                worth,
+                faults: tried.judgement.faults.clone(),
+                anomalies: anomalies.map(ToString::to_string).collect(),
+            });
+        }
+    }
+
+    /// The sets of pictures, in the order of their first picture.
+    pub fn sets(&self) -> Vec<&str> {
+        let mut sets: Vec<&str> = Vec::new();
+        for row in &self.rows {
+            if !sets.contains(&row.pictures.as_str()) {
+                sets.push(&row.pictures);
+            }
+        }
+        sets
+    }
+
+    /// The row of a set under a disturbance.
+    pub fn row(&self, pictures: &str, transform: &str) -> Option<&RobustnessRow> {
+        self.rows.iter().find(|row| row.pictures == pictures && row.transform == transform)
+    }
+
+    /// The sum over all disturbances of one set.
+    pub fn total(&self, pictures: &str) -> RobustnessRow {
+        let mut total = empty(pictures, "all", false);
+        for row in self.rows.iter().filter(|row| row.pictures == pictures) {
+            total.right += row.right;
+            total.unknown += row.unknown;
+            total.doubted += row.doubted;
+            total.silent += row.silent;
+        }
+        total.right_share_95 = wilson(total.right, total.n());
+        total
+    }
+
+    /// The disturbances that were tried, in the order of [`TRANSFORMS`].
+    pub fn transforms(&self) -> impl Iterator<Item = &'static str> {
+        let names = TRANSFORMS.iter().map(|transform| transform.name);
+        names.filter(|name| self.rows.iter().any(|row| row.transform == *name))
+    }
+}
+
+fn empty(pictures: &str, transform: &'static str, hides: bool) -> RobustnessRow {
+    let (right, unknown, doubted, silent) = Default::default();
+    let pictures = pictures.to_owned();
+    RobustnessRow {
+        pictures,
+        transform,
+        hides,
+        right,
+        unknown,
+        doubted,
+        silent,
+        right_share_95: [0.0, 1.0],
+    }
+}
+
+/// Wilson's 95 % interval of a share.
+fn wilson(part: u32, whole: u32) -> [f64; 2] {
+    if whole == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, share) = (f64::from(whole), f64::from(part) / f64::from(whole));
+    let z2 = Z_95 * Z_95;
+    let middle = share + z2 / (2.0 * n);
+    let half = Z_95 * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
+    [middle - half, middle + half].map(|edge| (edge / (1.0 + z2 / n)).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values of the interval's formula, computed by hand for 8 of 10.
+    #[test]
+    fn the_interval_is_wilsons() {
+        let [low, high] = wilson(8, 10);
+        assert!((low - 0.490).abs() < 1e-3 && (high - 0.943).abs() < 1e-3, "{low} {high}");
+        assert_eq!(wilson(0, 0), [0.0, 1.0]);
+        assert!(wilson(34, 34)[1] == 1.0 && wilson(0, 34)[0] == 0.0);
+    }
+}
