@@ -53,7 +53,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     detector_options: Option<PathBuf>,
     /// Which grounder judges the facts: see `groundloop parts grounder`.
-    #[arg(long, value_name = "NAME", default_value = "s2s")]
+    #[arg(long, value_name = "NAME", default_value = "s2s-joint")]
     grounder: String,
     /// Which planner plans: see `groundloop parts planner`.
     #[arg(long, default_value = "embedded", value_name = "NAME")]

@@ -186,7 +186,14 @@ impl DomainFolder {
         let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
         let (domain, perception) = (&self.domain, &self.perception);
         let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
-        Ok(GROUNDERS.build(&PartContext { choice, inputs, environment })?)
+        let grounder = GROUNDERS.build(&PartContext { choice, inputs, environment })?;
+        for predicate in grounder.untaught() {
+            tracing::warn!(
+                %predicate,
+                "no labelled example shows it: where objects touch it is unknown; label one that does"
+            );
+        }
+        Ok(grounder)
     }
 }
 

@@ -18,7 +18,7 @@ use super::Observation;
 use super::model::{Exemplars, Perception, PerceptionError};
 use crate::http::WebError;
 use crate::parts::{PartError, Registry, Role};
-use crate::pddl::Domain;
+use crate::pddl::{Domain, Name};
 
 /// Turns objects, in the frame that shows them, into judged facts. The same observation gives the
 /// same facts, in any order of the objects.
@@ -34,6 +34,11 @@ pub trait Grounder: Send + Sync {
     /// Whether it looks at the pixels: then [`super::FrameView::image`] must be there.
     fn needs_image(&self) -> bool {
         false
+    }
+
+    /// Predicates that the examples do not teach, so that they may be unknown; for a word at the start.
+    fn untaught(&self) -> Vec<&Name> {
+        Vec::new()
     }
 
     /// Whether one frame takes longer than the loop should wait for: then detector and grounder work

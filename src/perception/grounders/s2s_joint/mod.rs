@@ -7,7 +7,8 @@
 //! 1. `cardinality`: predicates that constrain by number (`exactly_one`, `functional`, …), by branch and
 //!    bound (`branch_and_bound`);
 //! 2. `support`: what rests on what, from the same evidence and from where the boxes are (`extent`);
-//! 3. `order`: strict orders.
+//! 3. `order`: strict orders;
+//! 4. `untaught`: predicates that no example shows, which are unknown where objects touch.
 //!
 //! What the examples do not bear out is not assumed: an `exactly_one` that an example violates is
 //! "at most one", and an order is total only where the examples relate all objects.
@@ -19,6 +20,7 @@ mod cardinality;
 mod support;
 mod order;
 mod exemplar_evidence;
+mod untaught;
 #[cfg(test)]
 mod tests;
 
@@ -35,6 +37,7 @@ use assignment::Assignment;
 use cardinality::Required;
 use exemplar_evidence::ExemplarEvidence;
 use support::SupportModel;
+use untaught::Untaught;
 
 /// The joint grounder.
 #[derive(Debug, Clone)]
@@ -55,6 +58,8 @@ struct Joint {
     deep: Option<Vec<Option<SupportModel>>>,
     /// The strict orders that the examples show to be total.
     total: Vec<Name>,
+    /// Predicates that no example shows.
+    untaught: Vec<Untaught>,
 }
 
 /// The entry of the table of grounders.
@@ -96,6 +101,12 @@ impl Joint {
         };
         let judged = s2s.judged_predicates().collect();
         let evidence = ExemplarEvidence { types: &domain.types, exemplars, slots: &slots, judged };
+        let is_judged = |name: &&Name| s2s.judged_predicates().any(|judged| judged == *name);
+        let untaught = slots.iter().filter(|(predicate, _)| !is_judged(predicate));
+        let untaught = untaught.filter_map(|(predicate, slots)| {
+            Untaught::learn(predicate, slots, &domain.types, exemplars)
+        });
+        let untaught = untaught.collect();
         let (required, total) = (evidence.required(&constraints), evidence.total(&constraints));
         let is_numbered = |name: &&Name| {
             let supports = constraints.support.iter().any(|support| support.predicate == **name);
@@ -110,6 +121,7 @@ impl Joint {
             types: domain.types.clone(),
             parts,
             total,
+            untaught,
             s2s,
             constraints,
         })
@@ -119,6 +131,10 @@ impl Joint {
 impl Grounder for Joint {
     fn ground(&self, observation: &Observation<'_>) -> Result<Grounding, GrounderError> {
         Ok(self.judge(observation.objects))
+    }
+
+    fn untaught(&self) -> Vec<&Name> {
+        self.untaught.iter().map(Untaught::predicate).collect()
     }
 }
 
@@ -147,7 +163,13 @@ impl Joint {
                 supports.filter(|s| s.agrees_with.contains(order)).map(|s| &s.predicate).collect();
             order::decide(&mut assignment, order, self.total.contains(order), &agreeing);
         }
-        assignment.finish()
+        let mut grounding = assignment.finish();
+        if !self.untaught.is_empty() {
+            let untaught = self.untaught.iter();
+            grounding.judged.extend(untaught.flat_map(|u| u.judge(&self.types, objects)));
+            grounding.judged.sort_by(|a, b| a.atom.cmp(&b.atom));
+        }
+        grounding
     }
 }
 
