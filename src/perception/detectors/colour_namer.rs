@@ -31,9 +31,9 @@ impl ColourNamer {
     /// Takes over the shades that a labelled image shows.
     pub(super) fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) {
         for object in objects {
-            let spec = self.perception.type_spec(&object.type_name);
-            if let Some(colour) = spec.and_then(|spec| label_of(spec, &object.name)) {
-                self.palette.learn(colour, image, &object.pixel_box);
+            let Some(spec) = self.perception.type_spec(&object.type_name) else { continue };
+            if let Some(colour) = label_of(spec, &object.name) {
+                self.palette.learn(colour, spec.colours.len() == 1, (image, &object.pixel_box));
             }
         }
         self.palette.prepared();

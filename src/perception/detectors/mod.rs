@@ -6,6 +6,7 @@
 mod colour;
 mod boxes;
 mod lab;
+mod light;
 mod palette;
 mod colour_namer;
 mod annotated;

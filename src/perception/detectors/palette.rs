@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::lab::{Lab, Shade};
+use super::light::Ground;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
@@ -33,6 +34,12 @@ const LEARNT_SHARE: f32 = 0.3;
 /// but by no more than this: what one object shows of its colour says little about others.
 const LEARNT_MAX: f32 = 0.06;
 
+/// Most grounds whose tables are kept: a camera's flicker goes back and forth between few.
+const GROUNDS_MAX: usize = 4;
+
+/// A colour is like a learnt shade up to this distance.
+const LIKE_MAX: f32 = 0.1;
+
 /// Least share of a labelled box's middle that must have the colour for it to be learnt from.
 const OWN_SHARE_MIN: f64 = 0.05;
 
@@ -44,6 +51,10 @@ pub(super) struct Palette {
     learnt: Vec<(u8, Shade)>,
     /// Class by quantised colour; empty until it is needed.
     table: Vec<u8>,
+    /// Cells of the table that have a class, with their colours.
+    classed: Vec<(usize, Lab)>,
+    /// The table without what looks like the ground, for the grounds of the last frames, newest first.
+    off_ground: Vec<(Ground, Vec<u8>)>,
 }
 
 impl Palette {
@@ -63,6 +74,8 @@ impl Palette {
             shades: shades.collect(),
             learnt: Vec::new(),
             table: Vec::new(),
+            classed: Vec::new(),
+            off_ground: Vec::new(),
         })
     }
 
@@ -81,8 +94,15 @@ impl Palette {
     ///
     /// Another object may cover the middle (a disk on a wider one, seen from above). So only pixels
     /// that general knowledge gives this colour count, where there are any to speak of; where there
-    /// are none, the box teaches only if its pixels have no other colour either.
-    pub(super) fn learn(&mut self, name: &Name, image: &ImageView<'_>, pixel_box: &PixelBox) {
+    /// are none, the box teaches only if its pixels have no other colour either, or if objects of its
+    /// type have `one_colour` and most of the middle has one other: then that is what it is called
+    /// here.
+    pub(super) fn learn(
+        &mut self,
+        name: &Name,
+        one_colour: bool,
+        (image, pixel_box): (&ImageView<'_>, &PixelBox),
+    ) {
         let Some(class) = self.class(name) else { return };
         let pixels: Vec<[u8; 3]> = middle(image, pixel_box).collect();
         let of_class = |wanted: u8| {
@@ -91,7 +111,19 @@ impl Palette {
         };
         let enough = |n: usize| n as f64 >= OWN_SHARE_MIN * pixels.len() as f64;
         let own = of_class(class);
-        let pixels = if enough(own.len()) { own } else { of_class(NONE) };
+        let other = || {
+            let classes = (1..=self.names.len() as u8).map(of_class);
+            let most = classes.max_by_key(Vec::len).unwrap_or_default();
+            Some(most).filter(|most| one_colour && 2 * most.len() > pixels.len())
+        };
+        let pixels = if enough(own.len()) {
+            own
+        } else {
+            Some(of_class(NONE))
+                .filter(|none| enough(none.len()))
+                .or_else(other)
+                .unwrap_or_default()
+        };
         if !enough(pixels.len()) {
             return;
         }
@@ -103,12 +135,48 @@ impl Palette {
         if let (Some(r), Some(g), Some(b)) = (median(0), median(1), median(2)) {
             self.learnt.push((class, Shade::of(Lab::of([r, g, b]))));
             self.table.clear();
+            self.off_ground.clear();
         }
     }
 
     /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
     pub(super) fn look_up(&self, rgb: [u8; 3]) -> Option<u8> {
         self.table.get(cell(rgb)).copied().filter(|c| *c != NONE)
+    }
+
+    /// How much a colour is like one of the learnt shades, in any brightness: from 0 to 1.
+    pub(super) fn likeness(&self, rgb: [u8; 3]) -> f64 {
+        let lab = Lab::of(rgb);
+        if lab.chroma() < CHROMA_MIN {
+            return 0.0;
+        }
+        let shade = Shade::of(lab);
+        let distances = self.learnt.iter().map(|(_, known)| shade.distance(*known, 0.0));
+        let nearest = distances.fold(f32::INFINITY, f32::min);
+        f64::from((1.0 - nearest / LIKE_MAX).max(0.0))
+    }
+
+    /// The classes of colours that differ from a ground's; made by [`Palette::prepare`].
+    pub(super) fn table(&self) -> &[u8] {
+        self.off_ground.first().map_or(&[], |(_, table)| table)
+    }
+
+    /// Makes the table for frames with that ground. What looks like it has no class: the ground may
+    /// have the colour of an object.
+    pub(super) fn prepare(&mut self, ground: Ground) {
+        // The middle of the ground's cell, so that a flicker of the camera needs no other table.
+        let ground = ground.with_colour(colour_of(cell(ground.rgb)));
+        if let Some(known) = self.off_ground.iter().position(|(of, _)| *of == ground) {
+            self.off_ground[..=known].rotate_right(1);
+            return;
+        }
+        let mut table = self.prepared().to_vec();
+        let is_ground = ground.is_like();
+        for (cell, _) in self.classed.iter().filter(|(_, lab)| is_ground(*lab)) {
+            table[*cell] = NONE;
+        }
+        self.off_ground.truncate(GROUNDS_MAX - 1);
+        self.off_ground.insert(0, (ground, table));
     }
 
     /// The colour name, of those in `among`, that most pixels of the middle of a box have; `None`
@@ -133,13 +201,9 @@ impl Palette {
     /// The look-up table, made when first asked for after a change.
     pub(super) fn prepared(&mut self) -> &[u8] {
         if self.table.is_empty() {
-            let side = 1_u32 << BITS;
-            // The middle of each cell of 2^(8 - BITS) values.
-            let value = |q: u32| ((q << (8 - BITS)) + (1 << (7 - BITS))) as u8;
-            self.table = (0..side.pow(3))
-                .map(|i| [i >> (2 * BITS), i >> BITS & (side - 1), i & (side - 1)].map(value))
-                .map(|rgb| self.classify(rgb))
-                .collect();
+            self.table = (0..1 << (3 * BITS)).map(|i| self.classify(colour_of(i))).collect();
+            let classed = self.table.iter().enumerate().filter(|(_, class)| **class != NONE);
+            self.classed = classed.map(|(i, _)| (i, Lab::of(colour_of(i)))).collect();
         }
         &self.table
     }
@@ -186,6 +250,13 @@ fn middle<'a>(image: &ImageView<'a>, b: &PixelBox) -> impl Iterator<Item = [u8; 
     rows.flat_map(move |y| columns.clone().filter_map(move |x| image.pixel(x, y)))
 }
 
+/// The colour in the middle of a cell of the table.
+fn colour_of(index: usize) -> [u8; 3] {
+    let side = (1_usize << BITS) - 1;
+    let value = |q: usize| ((q << (8 - BITS)) + (1 << (7 - BITS))) as u8;
+    [index >> (2 * BITS), index >> BITS & side, index & side].map(value)
+}
+
 /// The index of a pixel in the table.
 pub(super) fn cell([r, g, b]: [u8; 3]) -> usize {
     let q = |v: u8| usize::from(v >> (8 - BITS));
@@ -222,7 +293,8 @@ mod tests {
         assert_eq!(palette.prepared()[cell(teal)], NONE);
         let rgb: Vec<u8> = teal.iter().copied().cycle().take(3 * 64).collect();
         let image = ImageView::new(8, 8, &rgb).unwrap();
-        palette.learn(&"blue".into(), &image, &PixelBox::from([0.0, 0.0, 8.0, 8.0]));
+        let pixel_box = PixelBox::from([0.0, 0.0, 8.0, 8.0]);
+        palette.learn(&"blue".into(), false, (&image, &pixel_box));
         assert_eq!(Some(palette.prepared()[cell(teal)]), palette.class(&"blue".into()));
     }
 }

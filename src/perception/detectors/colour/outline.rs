@@ -16,6 +16,15 @@ const DOUBLE_HEIGHT: f64 = 1.2;
 /// An outline draws in by at least this many pixels between two bodies.
 const WAIST_PIXELS_MIN: f64 = 2.0;
 
+/// The least share of its box that a convex body fills: a square that stands on a corner half of it,
+/// and some of that goes with its blurred edge.
+const TURNED_FILL_MIN: f64 = 0.4;
+/// A convex body fills this share of its convex hull, noise at its edge allowed for.
+const SOLIDITY_MIN: f64 = 0.85;
+
+/// A post of which less than this is to be seen, as a multiple of its width, may be anything.
+const STUB_HEIGHT_MIN: f64 = 0.5;
+
 /// What is left of a base's blurred edge, in pixels.
 const BASE_MARGIN: usize = 2;
 
@@ -47,6 +56,8 @@ pub(super) struct SizeLimits {
     accepted: Sizes,
     /// Heights of the lowest and the highest labelled object.
     labelled: Option<[f64; 2]>,
+    /// Width of the widest labelled object.
+    width_max: Option<f64>,
 }
 
 impl SizeLimits {
@@ -59,7 +70,7 @@ impl SizeLimits {
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
-            return Self { accepted: declared, labelled: None };
+            return Self { accepted: declared, labelled: None, width_max: None };
         };
         let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
             let low = declared[0].max(least * SIZE_SHARE_MIN);
@@ -72,12 +83,24 @@ impl SizeLimits {
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
-        Self { accepted: Sizes { width, height }, labelled: Some(labelled.height) }
+        let width_max = Some(labelled.width[1]);
+        Self { accepted: Sizes { width, height }, labelled: Some(labelled.height), width_max }
+    }
+
+    /// Width of the widest labelled object.
+    pub(super) fn widest(&self) -> Option<f64> {
+        self.width_max
     }
 
     /// Height of the lowest labelled object.
     pub(super) fn lowest(&self) -> Option<f64> {
         self.labelled.map(|[lowest, _]| lowest)
+    }
+
+    /// Whether a piece is as high as an object may be.
+    pub(super) fn contain_height(&self, b: &PixelBox) -> bool {
+        let [low, high] = self.accepted.height;
+        (low..=high).contains(&b.height())
     }
 
     fn contain(&self, b: &PixelBox) -> bool {
@@ -86,38 +109,88 @@ impl SizeLimits {
     }
 }
 
-/// Finds the regions of one colour that look like objects of one type.
+/// Finds the regions of one colour that may be objects of one type, or pieces of them.
 pub(super) fn find(mask: &BitMask, spec: &Appearance, limits: &SizeLimits) -> Vec<Region> {
     let pixels = |share: f64| (share * mask.height() as f64).round().max(1.0) as usize;
     let [open_x, open_y] = spec.open.map(pixels);
     let [close_x, close_y] = spec.close.map(pixels);
     let mask = mask.open(open_x, open_y).close(close_x, close_y);
-    let found = match spec.shape {
+    match spec.shape {
         Shape::Patch { split_waists: false } => regions(&mask),
         Shape::Patch { split_waists: true } => {
             regions(&mask).into_iter().flat_map(|r| split_at_waists(r, limits)).collect()
         }
         Shape::Post { base_width_min } => {
-            let base = mask.open(pixels(base_width_min), 1);
-            let standing = mask.without(&base.grow(BASE_MARGIN, BASE_MARGIN)).open(open_x, open_y);
-            // Pieces of a base that something in front cuts up hardly rise above it.
-            let base_top = regions(&base).first().map_or(f64::INFINITY, |r| r.pixel_box().y1);
-            let least = limits.accepted.height[0];
-            let rises = |b: PixelBox| b.height() > b.width() && b.y1 + least <= base_top;
-            let pieces = regions(&standing).into_iter().filter(|r| rises(r.pixel_box()));
-            join_columns(pieces.collect())
+            let (pieces, _) = standing(&mask, pixels(base_width_min), [open_x, open_y], limits);
+            join_columns(pieces)
         }
-    };
-    found.into_iter().filter(|region| fits(region, spec, limits)).collect()
+    }
 }
 
-fn fits(region: &Region, spec: &Appearance, limits: &SizeLimits) -> bool {
+/// Whether a region has the outline and the size of an object of its type.
+pub(super) fn fits(region: &Region, spec: &Appearance, limits: &SizeLimits) -> bool {
     let b = region.pixel_box();
     let aspect = b.width() / b.height();
     limits.contain(&b)
         && spec.aspect[0] <= aspect
         && aspect <= spec.aspect[1]
-        && region.area() as f64 >= spec.fill_min * b.area()
+        && is_filled(region, spec.fill_min)
+}
+
+/// Finds the tops of posts that what stands in front of them hides almost whole: as wide as a post,
+/// and not higher than that. `known` are the posts that have been found.
+pub(super) fn find_stubs(
+    mask: &BitMask,
+    spec: &Appearance,
+    limits: &SizeLimits,
+    known: &[PixelBox],
+) -> Vec<Region> {
+    let Shape::Post { base_width_min } = spec.shape else { return Vec::new() };
+    let pixels = |share: f64| (share * mask.height() as f64).round().max(1.0) as usize;
+    let open = [pixels(spec.open[0]), pixels(spec.open[0])];
+    let (_, low) = standing(mask, pixels(base_width_min), open, limits);
+    let [least, most] = limits.accepted.width;
+    let is_stub = |b: PixelBox| {
+        (least..=most).contains(&b.width())
+            && b.height() >= STUB_HEIGHT_MIN * b.width()
+            && known.iter().all(|k| k.x2 <= b.x1 || b.x2 <= k.x1)
+    };
+    low.into_iter().filter(|region| is_stub(region.pixel_box())).collect()
+}
+
+/// The pieces of a mask that stand above its base: those that are higher than wide, and the others.
+fn standing(
+    mask: &BitMask,
+    base_width: usize,
+    [open_x, open_y]: [usize; 2],
+    limits: &SizeLimits,
+) -> (Vec<Region>, Vec<Region>) {
+    let base = mask.open(base_width, 1);
+    let standing = mask.without(&base.grow(BASE_MARGIN, BASE_MARGIN)).open(open_x, open_y);
+    // Pieces of a base that something in front cuts up hardly rise above it.
+    let base_top = regions(&base).first().map_or(f64::INFINITY, |r| r.pixel_box().y1);
+    let least = limits.accepted.height[0];
+    let above = regions(&standing).into_iter().filter(|r| r.pixel_box().y1 + least <= base_top);
+    above.partition(|region| region.pixel_box().height() > region.pixel_box().width())
+}
+
+/// Whether a region fills its box, or at least its own convex outline: turned by 45 degrees, a
+/// square fills half of its box.
+fn is_filled(region: &Region, fill_min: f64) -> bool {
+    let (area, of_box) = (region.area() as f64, region.pixel_box().area());
+    area >= fill_min * of_box
+        || (area >= TURNED_FILL_MIN.min(fill_min) * of_box
+            && area >= SOLIDITY_MIN * hull_area(&region.row_extents()))
+}
+
+/// Area of the convex hull of rows, given as first and one past the last column.
+fn hull_area(rows: &[Option<[u32; 2]>]) -> f64 {
+    let side = |of: fn([u32; 2]) -> f64| -> f64 {
+        let reach: Vec<f64> = rows.iter().map(|r| r.map_or(f64::NEG_INFINITY, of)).collect();
+        let hull = below_hull(&reach).into_iter().zip(&reach).zip(rows);
+        hull.map(|((depth, reach), row)| if row.is_some() { depth + reach } else { 0.0 }).sum()
+    };
+    side(|[_, x2]| f64::from(x2)) + side(|[x1, _]| -f64::from(x1))
 }
 
 /// Joins pieces that stand in one column: a bar with something in front of its middle.
@@ -225,6 +298,15 @@ mod tests {
         let mut rows = rows_of(&[20; 9]);
         rows[4] = Some([40, 70]);
         assert_eq!(waist(&rows, 2), None);
+    }
+
+    #[test]
+    fn a_hull_has_the_area_of_what_it_is_around() {
+        assert_eq!(hull_area(&rows_of(&[20; 9])), 9.0 * 40.0);
+        let diamond: Vec<u32> = (1..=20).chain((1..20).rev()).collect();
+        assert_eq!(hull_area(&rows_of(&diamond)), 800.0);
+        let notched = hull_area(&rows_of(&[20, 20, 5, 20, 20]));
+        assert_eq!(notched, 200.0);
     }
 
     #[test]

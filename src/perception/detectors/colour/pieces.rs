@@ -1,0 +1,115 @@
+//! Pieces of one body: what a thin thing in front cuts up, and what drifts from one colour name to
+//! the next.
+//!
+//! Two pieces side by side are one body when they begin and end in the same rows, are no wider
+//! together than a labelled object, and nothing says that there are two: no ground between them, and
+//! no edge where they touch.
+
+use super::regions::Region;
+use crate::geometry::PixelBox;
+use crate::pddl::Name;
+use crate::perception::ImageView;
+use crate::perception::detectors::lab::Lab;
+use crate::perception::detectors::light::Ground;
+
+/// Top and bottom rows of two pieces differ by at most this share of their height.
+const ROWS_SHARE_MAX: f64 = 0.15;
+/// Pieces are together at most this many times as wide as the widest labelled object.
+const WIDTH_MULTIPLE_MAX: f64 = 1.15;
+/// What cuts a body up is at most this share of the whole.
+const GAP_SHARE_MAX: f64 = 0.45;
+/// Pieces this near touch, in pixels.
+const TOUCH_MAX: f64 = 3.0;
+/// Colours on both sides of a border that differ by more are two bodies (in Lab units).
+const EDGE_MIN: f32 = 16.0;
+/// Most of the pixels between two pieces that may be ground, as a share.
+const GROUND_SHARE_MAX: f64 = 0.3;
+/// About how many pixels of a border or a gap are looked at.
+const SAMPLES: f64 = 24.0;
+
+/// A region of one colour class, with the class and its name.
+pub(super) type Piece<'a> = (u8, &'a Name, Region);
+
+/// Joins the pieces of bodies. `width_max` is the width of the widest labelled object, in pixels. A
+/// body has the name of its largest piece, and the place of its first one.
+pub(super) fn joined<'a>(
+    pieces: Vec<Piece<'a>>,
+    (image, ground): (&ImageView<'_>, &Ground),
+    width_max: f64,
+) -> Vec<Piece<'a>> {
+    let place = |(place, piece): (usize, Piece<'a>)| (place, piece.2.pixel_box(), piece);
+    let mut pieces: Vec<(usize, PixelBox, Piece<'a>)> =
+        pieces.into_iter().enumerate().map(place).collect();
+    pieces.sort_by(|a, b| a.1.x1.total_cmp(&b.1.x1));
+    let is_ground = ground.is_near();
+    let mut bodies: Vec<(usize, PixelBox, Piece<'a>)> = Vec::new();
+    for (place, right, piece) in pieces {
+        let of_one = |(_, left, body): &(usize, PixelBox, Piece<'a>)| {
+            are_one_size(left, &right, width_max)
+                && if right.x1 - left.x2 <= TOUCH_MAX {
+                    body.0 != piece.0 && has_no_edge(image, left, &right)
+                } else {
+                    body.0 == piece.0 && hides(image, left, &right, &is_ground)
+                }
+        };
+        match bodies.iter().position(of_one) {
+            Some(i) => {
+                let (of_body, left, (class, name, region)) = bodies.remove(i);
+                let is_larger = piece.2.area() > region.area();
+                let (class, name) = if is_larger { (piece.0, piece.1) } else { (class, name) };
+                let body = (class, name, region.joined(piece.2));
+                bodies.push((of_body.min(place), left.hull(&right), body));
+            }
+            None => bodies.push((place, right, piece)),
+        }
+    }
+    bodies.sort_by_key(|(place, ..)| *place);
+    bodies.into_iter().map(|(.., body)| body).collect()
+}
+
+/// Whether two boxes side by side could be one object's.
+fn are_one_size(left: &PixelBox, right: &PixelBox, width_max: f64) -> bool {
+    let whole = left.hull(right);
+    let rows = ROWS_SHARE_MAX * whole.height();
+    let gap = right.x1 - left.x2;
+    (left.y1 - right.y1).abs() <= rows
+        && (left.y2 - right.y2).abs() <= rows
+        && whole.width() <= WIDTH_MULTIPLE_MAX * width_max
+        && (-TOUCH_MAX..=GAP_SHARE_MAX * whole.width()).contains(&gap)
+}
+
+/// Rows that both boxes have, thinned out.
+fn rows(left: &PixelBox, right: &PixelBox) -> impl Iterator<Item = f64> {
+    let (first, last) = (left.y1.max(right.y1), left.y2.min(right.y2));
+    let step = ((last - first) / SAMPLES).max(1.0);
+    (0..).map(move |i| first + step * f64::from(i)).take_while(move |y| *y < last)
+}
+
+/// Whether something in front hides what is between two pieces, rather than ground showing.
+fn hides(
+    image: &ImageView<'_>,
+    left: &PixelBox,
+    right: &PixelBox,
+    is_ground: &dyn Fn([u8; 3]) -> bool,
+) -> bool {
+    let middle = f64::midpoint(left.x2, right.x1);
+    let between = rows(left, right).filter_map(|y| image.pixel(middle as usize, y as usize));
+    let (ground, n) = between.fold((0.0, 0.0), |(ground, n), rgb| {
+        (ground + f64::from(u8::from(is_ground(rgb))), n + 1.0)
+    });
+    n > 0.0 && ground <= GROUND_SHARE_MAX * n
+}
+
+/// Whether the colour runs on where two pieces touch: most rows differ little across the border.
+fn has_no_edge(image: &ImageView<'_>, left: &PixelBox, right: &PixelBox) -> bool {
+    let inside = 0.15 * left.width().min(right.width());
+    let pixel = |x: f64, y: f64| image.pixel(x.max(0.0) as usize, y as usize);
+    let (mut alike, mut n) = (0, 0);
+    for y in rows(left, right) {
+        let pair = pixel(left.x2 - 1.0 - inside, y).zip(pixel(right.x1 + inside, y));
+        let Some((a, b)) = pair else { continue };
+        n += 1;
+        alike += i32::from(Lab::of(a).distance(Lab::of(b)) < EDGE_MIN);
+    }
+    n > 0 && 2 * alike > n
+}
