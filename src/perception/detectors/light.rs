@@ -9,6 +9,8 @@ use crate::perception::ImageView;
 
 /// About how many pixels are looked at.
 const SAMPLES: usize = 4096;
+/// About how many are looked at to tell lights apart: things are a small part of a picture.
+const THING_SAMPLES: usize = 32_768;
 /// The rim of a picture, as a share of its sides: ground, where the camera looks at the objects.
 const RIM_SHARE: f64 = 0.15;
 
@@ -303,7 +305,7 @@ impl Normaliser {
         let is_thing = |rgb: &&[u8; 3]| {
             rgb.iter().zip(light.ground).any(|(v, g)| (f64::from(*v) - g).abs() > OFF_GROUND)
         };
-        let step = (pixels.len() / SAMPLES).max(1);
+        let step = (pixels.len() / THING_SAMPLES).max(1);
         let things: Vec<[u8; 3]> = pixels.iter().step_by(step).filter(is_thing).copied().collect();
         let explained = |correction: &Correction| {
             things.iter().map(|rgb| likeness(correction.of(*rgb))).sum::<f64>()
