@@ -189,8 +189,8 @@ impl DomainFolder {
         let grounder = GROUNDERS.build(&PartContext { choice, inputs, environment })?;
         for predicate in grounder.untaught() {
             tracing::warn!(
-                %predicate,
-                "no labelled example shows it: where objects touch it is unknown; label one that does"
+                "no labelled example shows {predicate}: where objects touch it is unknown; label one \
+                 that does"
             );
         }
         Ok(grounder)
