@@ -17,7 +17,7 @@ pub use photographs::on_photographs;
 pub use rendered::on_rendered_scenes;
 pub use report::{RobustnessFault, RobustnessReport, RobustnessRow};
 pub use transform::{LabelledPicture, TRANSFORMS, Transform};
-pub use verdict::{Judgement, Worth, judge};
+pub use verdict::{StateJudgement, Worth, judge};
 
 use std::collections::BTreeSet;
 
@@ -54,7 +54,7 @@ pub struct Tried<'a> {
     /// What was read.
     pub read: &'a GroundedImage,
     /// What that is worth.
-    pub judgement: &'a Judgement,
+    pub judgement: &'a StateJudgement,
 }
 
 /// Parts that have learnt from one example, or from those of one camera.

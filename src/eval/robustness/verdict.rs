@@ -29,7 +29,7 @@ pub enum Worth {
 
 /// A state with what is wrong with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Judgement {
+pub struct StateJudgement {
     /// What it is worth.
     pub worth: Worth,
     /// What is wrong, missing or unknown, in words; empty where it is right.
@@ -42,7 +42,7 @@ pub fn judge(
     objects: &[ObjectBox],
     facts: &BTreeSet<Atom>,
     observed: &dyn Fn(&Name) -> bool,
-) -> Judgement {
+) -> StateJudgement {
     let same = matched(&read.named.boxes, objects);
     let mut faults: Vec<String> = Vec::new();
     for detection in read.named.boxes.iter().filter(|d| !same.contains_key(&d.name)) {
@@ -81,7 +81,7 @@ pub fn judge(
         (false, _, false) => Worth::Silent,
     };
     faults.extend(unknown);
-    Judgement { worth, faults }
+    StateJudgement { worth, faults }
 }
 
 /// Detected names to true ones: each true box with the detection of its type that overlaps it most.
