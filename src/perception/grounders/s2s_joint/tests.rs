@@ -61,11 +61,16 @@ fn two_disks() -> Exemplars {
         Atom::new("on-peg", &["large", "peg1"]),
         Atom::new("smaller", &["small", "large"]),
     ];
-    let objects = objects(&list);
+    example(&list, &facts)
+}
+
+/// One example with these facts.
+fn example(list: &[(String, [f64; 4])], facts: &[Atom]) -> Exemplars {
+    let objects = objects(list);
     let typed: Vec<Typed> =
         objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
     let boxes: Vec<_> = objects.iter().map(|o| (o.name.clone(), o.pixel_box)).collect();
-    let init = BTreeSet::from(facts);
+    let init = facts.iter().cloned().collect();
     let example = Exemplar::new("example", [SIDE, SIDE], &boxes, (&typed, init)).unwrap();
     Exemplars::new(vec![example]).unwrap()
 }
@@ -91,6 +96,28 @@ fn check(list: &[(String, [f64; 4])], holds: &[&str], unknown: &[&str], anomalie
     assert_eq!(of(&grounding, Truth::True), holds);
     assert_eq!(of(&grounding, Truth::Unknown), unknown);
     assert_eq!(reasons(&grounding), anomalies);
+}
+
+/// An example with a disk on each of two pegs shows no disk on another.
+#[test]
+fn a_predicate_that_no_example_shows_is_told_and_unknown_where_objects_touch() {
+    let mut apart = vec![disk("small", 100.0, 0, 50.0), disk("large", 200.0, 0, 70.0)];
+    apart.extend(pegs([1, 1, 0]));
+    let facts = [
+        Atom::new("on-peg", &["small", "peg1"]),
+        Atom::new("on-peg", &["large", "peg2"]),
+        Atom::new("smaller", &["small", "large"]),
+    ];
+    let joint = Joint::new(&domain(), &perception(), &example(&apart, &facts)).unwrap();
+    assert_eq!(joint.untaught(), ["on"]);
+    let unknown_on = |list: &[(String, [f64; 4])]| {
+        let unknown = of(&joint.judge(&objects(list)), Truth::Unknown);
+        unknown.into_iter().filter(|atom| atom.starts_with("(on ")).collect::<Vec<_>>()
+    };
+    assert_eq!(unknown_on(&apart), [""; 0]);
+    let mut stacked = vec![disk("a", 100.0, 1, 50.0), disk("b", 100.0, 0, 70.0)];
+    stacked.extend(pegs([2, 0, 0]));
+    assert_eq!(unknown_on(&stacked), ["(on a b)", "(on b a)"]);
 }
 
 #[test]
