@@ -48,7 +48,7 @@ impl Detector for RedThings {
         };
         let (block, red) = (Name::new("block"), Name::new("red"));
         let object = found.map(|corners| Detection::new(block, red, pixel_box(corners)));
-        Ok(Detections { objects: object.into_iter().collect(), phrases: Vec::new() })
+        Ok(Detections { objects: object.into_iter().collect(), ..Detections::default() })
     }
 }
 

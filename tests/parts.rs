@@ -283,7 +283,7 @@ fn grounders() {
         let mut answers = Vec::new();
         for objects in absurd_objects() {
             each_absurd_frame(|frame| {
-                let observation = Observation { frame: *frame, objects: &objects };
+                let observation = Observation { frame: *frame, ..Observation::of_boxes(&objects) };
                 answers.push(format!("{:?}", grounder.ground(&observation)));
             });
         }

@@ -57,7 +57,7 @@ impl Detector for Gated {
                     "red".into(),
                     PixelBox::from([x, 100.0, x + 20.0, 120.0]),
                 );
-                Ok(Detections { objects: vec![red], phrases: Vec::new() })
+                Ok(Detections { objects: vec![red], ..Detections::default() })
             }
             Go::Fail => {
                 let (what, how) = ("the eye".to_owned(), "buy one".to_owned());

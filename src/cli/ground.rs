@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::goal::choice;
 use super::plan::planner;
-use super::reports::{GroundReport, GroundedObject, lists, steps_of};
+use super::reports::{GroundReport, GroundedObject, OutsideThing, lists, steps_of};
 use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
 use crate::parts::PartContext;
-use crate::perception::{GroundedImage, phrase_of_name};
+use crate::perception::{GroundedImage, Outside, phrase_of_name};
 use crate::planners::{NO_COSTS, PlanQuery};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest};
 use crate::run::{ConfigError, DomainFolder, ExemplarFiles, StillImageParts, environment};
@@ -162,8 +162,14 @@ fn report(
             pixel_box: object.pixel_box.into(),
             score: detection.score,
         });
+        let outside = grounded.named.detections.outside.iter().map(|thing| OutsideThing {
+            label: thing.detection.label.to_string(),
+            type_name: thing.detection.type_name.to_string(),
+            pixel_box: thing.detection.pixel_box.into(),
+        });
         return out::json(&GroundReport {
             objects: objects.collect(),
+            outside: outside.collect(),
             facts: lists(&grounded.state.facts.known),
             unknown: lists(&grounded.state.facts.unknown),
             anomalies,
@@ -177,6 +183,11 @@ fn report(
         let [x1, y1, x2, y2]: [f64; 4] = object.pixel_box.into();
         let place = format!("{x1:.0} {y1:.0} {x2:.0} {y2:.0}");
         out::line(&format!("object  {:20} {:8} {place}", object.name, object.type_name));
+    }
+    for Outside { detection: thing, .. } in &grounded.named.detections.outside {
+        let [x1, y1, x2, y2]: [f64; 4] = thing.pixel_box.into();
+        let place = format!("{x1:.0} {y1:.0} {x2:.0} {y2:.0}");
+        out::line(&format!("outside {:20} {:8} {place}", thing.label, thing.type_name));
     }
     grounded.state.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.state.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));

@@ -80,12 +80,27 @@ pub(super) struct ValidationReport {
     pub(super) reason: Option<String>,
 }
 
+/// A thing outside of where objects stand.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct OutsideThing {
+    /// What the detector calls it: a colour, or a class text.
+    pub(super) label: String,
+    /// The type whose objects it looks like.
+    #[serde(rename = "type")]
+    pub(super) type_name: String,
+    /// Left, upper, right and lower edge in pixels.
+    #[serde(rename = "box")]
+    pub(super) pixel_box: [f64; 4],
+}
+
 /// Output of `groundloop ground --json`.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(title = "groundloop ground --json")]
 pub(super) struct GroundReport {
     /// The objects that were detected.
     pub(super) objects: Vec<GroundedObject>,
+    /// What looks like an object and stands elsewhere than the labelled ones: not an object.
+    pub(super) outside: Vec<OutsideThing>,
     /// The facts that hold, derived ones included, each as `["predicate", "object", …]`.
     pub(super) facts: Vec<Vec<String>>,
     /// The facts that may hold or not, in the same form; all others do not hold.

@@ -142,6 +142,11 @@ impl Executive {
             };
         }
         self.switch(cycle, steps, cost);
+        if let Some(reason) = hidden_from_goal(cycle)
+            && !matches!(self.phase, Phase::Running(_))
+        {
+            return self.re_observe(cycle, &reason);
+        }
         let first = steps.first();
         match (&self.phase, first) {
             (Phase::Running(running), Some(step)) if running.step == *step => {
@@ -263,4 +268,11 @@ impl Awaited {
 fn constrained(scene: &Scene) -> Vec<Atom> {
     let decided = scene.facts.iter().filter(|fact| fact.origin == Origin::Constrained);
     decided.filter(|fact| fact.confirmed != Truth::False).map(|fact| fact.atom.clone()).collect()
+}
+
+/// Why a goal that speaks of all objects is neither reached nor planned for: an object may be hidden.
+fn hidden_from_goal(cycle: &Cycle<'_>) -> Option<String> {
+    let hiding = cycle.input.scene.anomalies.iter().find(|anomaly| anomaly.may_hide())?;
+    let reason = || format!("the goal speaks of all objects, and one may be hidden: {hiding}");
+    cycle.input.plan.of_all.then(reason)
 }

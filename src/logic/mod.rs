@@ -12,4 +12,4 @@ pub use extension::{Extension, derive};
 pub use facts::Facts;
 pub use semantics::{Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied};
 pub use truth::Truth;
-pub use variables::{Bindings, substitute};
+pub use variables::{Bindings, speaks_of_all, substitute};

@@ -13,6 +13,22 @@ pub fn substitute(condition: &Condition, bindings: &Bindings) -> Condition {
     replaced(condition, &terms.collect())
 }
 
+/// Whether a condition speaks of all objects of a type: one that nobody has seen could make it false.
+pub fn speaks_of_all(condition: &Condition) -> bool {
+    fn speaks(condition: &Condition, negated: bool) -> bool {
+        match condition {
+            Condition::True | Condition::False | Condition::Atom(_) | Condition::Equal(..) => false,
+            Condition::Not(inner) => speaks(inner, !negated),
+            Condition::And(parts) | Condition::Or(parts) => {
+                parts.iter().any(|part| speaks(part, negated))
+            }
+            Condition::Exists(_, inner) => negated || speaks(inner, negated),
+            Condition::Forall(_, inner) => !negated || speaks(inner, negated),
+        }
+    }
+    speaks(condition, false)
+}
+
 /// The condition with free variables replaced by terms. A variable among those terms must have a
 /// name that no quantifier of the condition binds.
 pub(super) fn replaced(condition: &Condition, terms: &BTreeMap<Name, Term>) -> Condition {
@@ -75,6 +91,30 @@ pub(super) fn free_variables(condition: &Condition, free: &mut BTreeSet<Name>) {
             free_variables(inner, &mut inside);
             inside.retain(|name| variables.iter().all(|v| v.name != *name));
             free.extend(inside);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pddl::{SourceText, parse_domain, parse_goal};
+
+    #[test]
+    fn what_could_fail_for_an_unseen_object_speaks_of_all() {
+        let domain = "(define (domain d) (:requirements :adl) (:types t) (:constants a - t)
+                      (:predicates (p ?x - t)))";
+        let domain = parse_domain(&SourceText::new("domain.pddl", domain)).unwrap().value;
+        for (text, speaks) in [
+            ("(and (p a) (not (p a)))", false),
+            ("(exists (?x - t) (p ?x))", false),
+            ("(not (forall (?x - t) (p ?x)))", false),
+            ("(or (p a) (forall (?x - t) (p ?x)))", true),
+            ("(not (exists (?x - t) (p ?x)))", true),
+            ("(exists (?x - t) (not (exists (?y - t) (p ?y))))", true),
+        ] {
+            let goal = parse_goal(&SourceText::new("goal", text), &domain, &[]).unwrap();
+            assert_eq!(speaks_of_all(&goal), speaks, "{text}");
         }
     }
 }

@@ -138,6 +138,8 @@ pub struct PlanMessage {
     pub cause: FrameRef,
     /// The answer.
     pub verdict: PlanVerdict,
+    /// Whether the goal speaks of all objects of a type, so that one that is hidden counts.
+    pub of_all: bool,
     /// Which source of the plan-reuse cascade gave it; none when the question could not be put.
     pub source: Option<PlanSource>,
     /// States expanded for it.
@@ -154,7 +156,16 @@ impl PlanMessage {
     /// A verdict without figures.
     pub fn new(cause: FrameRef, verdict: PlanVerdict) -> Self {
         let (observe, decide) = (Spent::default(), Spent::default());
-        Self { cause, verdict, source: None, expansions: 0, plan_us: 0, observe, decide }
+        Self {
+            cause,
+            verdict,
+            of_all: false,
+            source: None,
+            expansions: 0,
+            plan_us: 0,
+            observe,
+            decide,
+        }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::BoxEstimate;
 use super::model::ObjectBox;
+use super::{BoxEstimate, Unexplained};
 use crate::geometry::{MaskRun, PixelBox};
 use crate::pddl::Name;
 
@@ -15,6 +15,28 @@ pub struct Detections {
     /// Where the phrases that were asked for are; a phrase that nothing fits has no entry, one
     /// that several objects fit may have several.
     pub phrases: Vec<PhraseBox>,
+    /// Things that are no objects and that no labelled picture shows, in a fixed order.
+    pub unexplained: Vec<Unexplained>,
+    /// What looks like an object and stands elsewhere than the labelled ones: not an object.
+    pub outside: Vec<Outside>,
+}
+
+/// A detection that is no object because of where it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outside {
+    /// Its place among the objects, were it one.
+    pub at: usize,
+    /// What it looks like.
+    pub detection: Detection,
+}
+
+impl Detections {
+    /// Takes what is outside for objects after all.
+    pub fn take_back_outside(&mut self) {
+        for Outside { at, detection } in self.outside.drain(..) {
+            self.objects.insert(at.min(self.objects.len()), detection);
+        }
+    }
 }
 
 /// One place that a phrase may speak of.

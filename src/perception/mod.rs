@@ -15,13 +15,15 @@ pub mod grounders;
 mod proprioception;
 mod completion;
 mod pipeline;
+mod doubt;
 mod still;
 pub mod tracking;
 
 pub use box_estimate::{BoxEstimate, TruncatedSides};
 pub use completion::{complete, facts_of, merged};
 pub use depth_view::{DepthError, DepthView};
-pub use detection::{Detection, Detections, PhraseBox};
+pub use detection::{Detection, Detections, Outside, PhraseBox};
+pub use doubt::{Unexplained, doubt_completed, doubts, missing_fixtures, weaken};
 pub use lifting::volume_of;
 pub use naming::{label_of, name_detections, unused_name};
 pub use observation::{FrameView, Observation};

@@ -1,7 +1,7 @@
 //! What one camera shows, and the objects that are judged in it.
 
 use super::model::ObjectBox;
-use super::{DepthView, ImageView};
+use super::{DepthView, ImageView, Unexplained};
 use crate::geometry::CameraModel;
 
 /// What one camera shows at one time. Everything is optional: boxes may come from elsewhere, and
@@ -24,11 +24,13 @@ pub struct Observation<'a> {
     /// The objects, each name once. One that is out of sight for the moment stands where it was
     /// last seen.
     pub objects: &'a [ObjectBox],
+    /// What is no object and may hide one.
+    pub unexplained: &'a [Unexplained],
 }
 
 impl<'a> Observation<'a> {
     /// Objects of which nothing but their boxes is at hand.
     pub fn of_boxes(objects: &'a [ObjectBox]) -> Self {
-        Self { frame: FrameView::default(), objects }
+        Self { frame: FrameView::default(), objects, unexplained: &[] }
     }
 }

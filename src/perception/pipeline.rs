@@ -16,7 +16,7 @@ use super::grounders::{Grounder, GrounderError, Grounding};
 use super::model::Perception;
 use super::{
     Detection, Detections, FrameView, GripperContent, MergeRule, Merged, Observation, complete,
-    merge, proprioception, volume_of,
+    doubt_completed, doubts, merge, missing_fixtures, proprioception, volume_of, weaken,
 };
 use crate::logic::Facts;
 use crate::pddl::{Axiom, Domain, Name, Typed};
@@ -69,7 +69,7 @@ impl Pipeline<'_> {
         detections: &mut Detections,
         names: &[Name],
     ) -> Merged {
-        let Detections { objects, phrases } = detections;
+        let Detections { objects, phrases, .. } = detections;
         lift_detections(self.perception, frame, objects);
         let merged = merge(names, objects, phrases, MergeRule::Fitting);
         for placed in &merged.placed {
@@ -78,7 +78,7 @@ impl Pipeline<'_> {
         merged
     }
 
-    /// Judges every tuple of the observed predicates.
+    /// Judges every tuple of the observed predicates, and doubts what may be hidden.
     ///
     /// # Errors
     /// What the grounder says; [`GrounderError::Missing`] when it needs an image and there is none.
@@ -89,7 +89,12 @@ impl Pipeline<'_> {
                 how: "take a grounder that judges boxes, such as s2s, or give the image".to_owned(),
             });
         }
-        self.grounder.ground(observation)
+        let mut grounding = self.grounder.ground(observation)?;
+        grounding.anomalies.extend(doubts(observation.unexplained, observation.objects));
+        weaken(&mut grounding);
+        let missing = missing_fixtures(self.perception, observation.objects);
+        grounding.anomalies.extend(missing.map(|(_, anomaly)| anomaly));
+        Ok(grounding)
     }
 
     /// Objects that are there without being seen: those that the perception file implies.
@@ -123,7 +128,8 @@ impl Pipeline<'_> {
         let objects: Vec<Typed> = seen.chain(self.implied()).collect();
         let all: Vec<Typed> = objects.iter().chain(&self.domain.constants).cloned().collect();
         let base = merged(facts_of(&grounding.judged), self.own_facts(&all, gripper));
-        let facts = self.completed(&all, &base);
+        let mut facts = self.completed(&all, &base);
+        doubt_completed(self.perception, &grounding.anomalies, &mut facts);
         Ok(State { objects, grounding, facts })
     }
 }

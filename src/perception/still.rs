@@ -80,6 +80,8 @@ pub fn ground_image(
 ) -> Result<GroundedImage, StillError> {
     let named = detect_objects(pipeline, detector, image, phrases)?;
     let frame = FrameView { image: Some(*image), ..FrameView::default() };
-    let state = pipeline.state(&Observation { frame, objects: &named.boxes }, gripper)?;
+    let unexplained = &named.detections.unexplained;
+    let observation = Observation { frame, objects: &named.boxes, unexplained };
+    let state = pipeline.state(&observation, gripper)?;
     Ok(GroundedImage { named, state })
 }

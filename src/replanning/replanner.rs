@@ -8,7 +8,7 @@ use super::{
     Adoption, Cascade, CascadeEnd, CascadeReply, CascadeResult, CascadeSettings, TableBuilder,
     TableEnd, TableLimits, TableRequest,
 };
-use crate::logic::Facts;
+use crate::logic::{Facts, speaks_of_all};
 use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Domain, Name, Step, Typed};
 use crate::planners::{Deadlines, Grounded, NO_COSTS, PlanQuery, Planner, PlannerConfig};
@@ -131,7 +131,7 @@ impl Replanner {
         spent: &dyn Fn() -> Spent,
         tables: &mut dyn TableBuilder,
     ) -> PlanMessage {
-        let cause = query.scene.cause;
+        let (cause, of_all) = (query.scene.cause, speaks_of_all(&query.goal.goal));
         self.cycle = cause.cycle;
         self.adopt_what_is_due(tables);
         let start = spent();
@@ -144,6 +144,7 @@ impl Replanner {
         PlanMessage {
             cause,
             verdict,
+            of_all,
             source,
             expansions,
             plan_us: u32::try_from(plan_us).unwrap_or(u32::MAX),

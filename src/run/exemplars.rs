@@ -10,7 +10,7 @@ use crate::hardware::file::decode_rgb;
 use crate::parts::{PartChoice, PartContext};
 use crate::pddl::SourceText;
 use crate::perception::ImageView;
-use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs};
+use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs, Watchful};
 use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use crate::perception::model::{Exemplar, ExemplarText, Exemplars};
 
@@ -162,7 +162,8 @@ impl DomainFolder {
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
         let inputs = DetectorInputs { domain: &self.domain, perception: &self.perception };
-        let mut detector = DETECTORS.build(&PartContext { choice, inputs, environment })?;
+        let inner = DETECTORS.build(&PartContext { choice, inputs, environment })?;
+        let mut detector: Box<dyn Detector> = Box::new(Watchful::new(inner, &self.perception));
         for (picture, exemplar) in examples {
             detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
         }

@@ -4,6 +4,6 @@ mod object;
 mod anomaly;
 mod graph;
 
-pub use anomaly::Anomaly;
+pub use anomaly::{Anomaly, Place};
 pub use graph::{FrameRef, Origin, Scene, SceneFact};
 pub use object::{SceneObject, Visibility};

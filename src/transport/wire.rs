@@ -146,7 +146,8 @@ pub struct TaskHeader {
     pub stage_us: [u32; 2],
     /// Plan cost, or zero.
     pub cost: u64,
-    /// Facts that are neither confirmed nor refuted yet.
+    /// Scene: facts that are neither confirmed nor refuted yet. Plan: 1 when the goal speaks of all
+    /// objects of a type.
     pub unsettled: u32,
     /// Plan: which source of the plan-reuse cascade answered, from 1 in its order; 0 = none.
     pub source: u32,
@@ -227,11 +228,12 @@ pub struct SceneRecord {
     pub kind: u32,
     /// Object: visibility. Fact: origin.
     pub source: u32,
-    /// Object: 1 = box known, 2 = volume known, 3 = both. Fact: raw truth (0, 1, 2).
+    /// Object: 1 = box known, 2 = volume known, 3 = both. Fact: raw truth (0, 1, 2). Anomaly: 0 = no
+    /// place, 1 = place known, 2 = an object may be hidden there.
     pub state: u32,
     /// Fact: confirmed truth (0 false, 1 unknown, 2 true).
     pub confirmed: u32,
-    /// Fact: number of arguments. Anomaly: number of objects, at least one.
+    /// Fact: number of arguments. Anomaly: number of objects.
     pub n_args: u32,
     /// Fact and anomaly: arguments as indices into the objects of this message.
     pub args: [u32; ARGS_MAX],
@@ -241,7 +243,7 @@ pub struct SceneRecord {
     pub reserved: u32,
     /// Object: when it was last seen, run time in nanoseconds.
     pub seen_ns: u64,
-    /// Object: x1, y1, x2, y2 in pixels.
+    /// Object and place of an anomaly: x1, y1, x2, y2 in pixels.
     pub pixel_box: [f64; 4],
     /// Object: middle of its volume in the world frame, metres.
     pub centre: [f64; 3],

@@ -189,7 +189,7 @@ mod tests {
                     let block =
                         |p: &String| Detection::new("block".into(), p.as_str().into(), pixel_box);
                     let objects = phrases.iter().map(block).collect();
-                    Ok(Detections { objects, phrases: Vec::new() })
+                    Ok(Detections { objects, ..Detections::default() })
                 }
                 Go::Fail => {
                     let (what, how) = ("the eye".to_owned(), "buy one".to_owned());

@@ -134,7 +134,10 @@ impl Step<'_> {
     fn observation<'b>(&'b self, boxes: &'b [ObjectBox]) -> Result<Observation<'b>, EvalError> {
         let view = |picture| view_of(picture, "photograph");
         let image = self.picture.map(view).transpose()?;
-        Ok(Observation { frame: FrameView { image, ..FrameView::default() }, objects: boxes })
+        Ok(Observation {
+            frame: FrameView { image, ..FrameView::default() },
+            ..Observation::of_boxes(boxes)
+        })
     }
 
     fn pipeline(&self) -> Pipeline<'_> {

@@ -88,8 +88,7 @@ impl Taught<'_> {
             let visible = test.facts.iter().filter(|atom| atom.args.iter().all(is_there));
             let facts: BTreeSet<Atom> = visible.cloned().collect();
             let perception = self.pipeline.perception;
-            let observed = |name: &Name| perception.observed_predicates().any(|p| p == name);
-            let judgement = judge(&read, &disturbed.objects, &facts, &observed);
+            let judgement = judge(&read, &disturbed.objects, &facts, perception);
             tried(&Tried {
                 transform,
                 case: test.case,

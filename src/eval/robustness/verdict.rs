@@ -7,11 +7,15 @@ use serde::Serialize;
 
 use crate::logic::Truth;
 use crate::pddl::{Atom, Name};
-use crate::perception::GroundedImage;
-use crate::perception::model::ObjectBox;
+use crate::perception::model::{ObjectBox, Perception};
+use crate::perception::{GroundedImage, missing_fixtures};
+use crate::scene::Place;
 
 /// A detection that overlaps its true box by less stands for something else.
 const IOU_FOUND_MIN: f64 = 0.3;
+
+/// An object may be hidden behind what covers at least this share of its box.
+const HIDDEN_MIN: f64 = 0.3;
 
 /// What a state that was read is worth, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
@@ -19,7 +23,7 @@ const IOU_FOUND_MIN: f64 = 0.3;
 pub enum Worth {
     /// Every object and every observed fact is right.
     Right,
-    /// Nothing that is said is wrong, and some facts are said to be unknown.
+    /// Nothing that is said is wrong, and some facts or objects are said to be unknown.
     Unknown,
     /// An object or a fact is wrong or missing; an anomaly or an unknown fact warns of it.
     Doubted,
@@ -41,18 +45,23 @@ pub fn judge(
     read: &GroundedImage,
     objects: &[ObjectBox],
     facts: &BTreeSet<Atom>,
-    observed: &dyn Fn(&Name) -> bool,
+    perception: &Perception,
 ) -> StateJudgement {
+    let observed = |name: &Name| perception.observed_predicates().any(|p| p == name);
     let same = matched(&read.named.boxes, objects);
     let mut faults: Vec<String> = Vec::new();
     for detection in read.named.boxes.iter().filter(|d| !same.contains_key(&d.name)) {
         faults.push(format!("{} is not there", detection.name));
     }
     let found: BTreeSet<&Name> = same.values().copied().collect();
-    for object in objects.iter().filter(|o| !found.contains(&o.name)) {
-        faults.push(format!("{} is not found", object.name));
-    }
     let mut unknown = Vec::new();
+    for object in objects.iter().filter(|o| !found.contains(&o.name)) {
+        if is_told(object, read, perception) {
+            unknown.push(format!("{} may be hidden", object.name));
+        } else {
+            faults.push(format!("{} is not found", object.name));
+        }
+    }
     let mut said = BTreeSet::new();
     for judged in read.state.grounding.judged.iter().filter(|j| observed(&j.atom.predicate)) {
         let named = |name: &Name| same.get(name).map(|object| (*object).clone());
@@ -82,6 +91,18 @@ pub fn judge(
     };
     faults.extend(unknown);
     StateJudgement { worth, faults }
+}
+
+/// Whether the reading says that an object like this may be missing: a place that may hide one is
+/// where it is, or there should be more of its type.
+fn is_told(object: &ObjectBox, read: &GroundedImage, perception: &Perception) -> bool {
+    let hides = |place: &Place| {
+        let common = place.pixel_box().intersection(&object.pixel_box).area();
+        place.may_hide && common >= HIDDEN_MIN * object.pixel_box.area()
+    };
+    let mut places = read.state.grounding.anomalies.iter().filter_map(|a| a.place);
+    let mut missing = missing_fixtures(perception, &read.named.boxes);
+    places.any(|place| hides(&place)) || missing.any(|(spec, _)| spec.name == object.type_name)
 }
 
 /// Detected names to true ones: each true box with the detection of its type that overlaps it most.

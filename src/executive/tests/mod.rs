@@ -28,6 +28,8 @@ struct Episode {
     executive: Executive,
     scene: Scene,
     plan: PlanVerdict,
+    /// Whether the goal speaks of all objects.
+    of_all: bool,
     robot: Option<RobotState>,
     /// How old the scene is when it is looked at.
     age_ms: u64,
@@ -112,6 +114,7 @@ impl Episode {
             executive: Executive::default(),
             scene: Scene { objects, ..Scene::default() },
             plan: PlanVerdict::Plan { steps: Vec::new(), cost: 0 },
+            of_all: false,
             robot: Some(robot),
             age_ms: 0,
         };
@@ -167,7 +170,8 @@ impl Episode {
         let status =
             |kind: &StatusKind| Status { sequence: 0, capture_ns, command_id, kind: kind.clone() };
         let statuses: Vec<Status> = kinds.iter().map(status).collect();
-        let plan = PlanMessage::new(self.scene.cause, self.plan.clone());
+        let mut plan = PlanMessage::new(self.scene.cause, self.plan.clone());
+        plan.of_all = self.of_all;
         let input = CycleInput {
             scene: &self.scene,
             plan: &plan,

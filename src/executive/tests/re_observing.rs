@@ -1,13 +1,13 @@
 //! Anomalies and unknown facts: more frames, then other views, and never an action on a guess.
 
 use super::*;
-use crate::scene::Anomaly;
+use crate::scene::{Anomaly, Place};
 
 const PICK: &str = "pick_up red_block arm";
 const POSES: [[f64; 3]; 2] = [[-0.3, 0.0, 0.5], [0.3, 0.0, 0.5]];
 
 fn anomaly(object: &str) -> Anomaly {
-    Anomaly { objects: vec![object.into()], reason: "nothing under".to_owned() }
+    Anomaly::about(vec![object.into()], "nothing under")
 }
 
 fn doubting(object: &str) -> Episode {
@@ -68,6 +68,30 @@ fn the_goal_counts_as_reached_once_anomalies_are_looked_into() {
     episode.plan(&[]);
     let (n, verdict) = episode.run_out(9);
     assert_eq!((n, verdict), (7, Verdict::Reached));
+}
+
+/// "All disks are on the right peg" is not known while one may be behind a hand.
+#[test]
+fn a_goal_over_all_objects_waits_for_what_may_hide_one() {
+    let hand = |may_hide| Anomaly {
+        place: Some(Place { edges: [10, 20, 90, 80], may_hide }),
+        ..Anomaly::about(Vec::new(), "something unknown")
+    };
+    let why = "the goal speaks of all objects, and one may be hidden: \
+               something unknown at 10 20 90 80";
+    let gave_up = format!("limits.observations_max: {why}");
+    for (of_all, may_hide, steps) in
+        [(true, true, &[][..]), (true, true, &[PICK]), (true, false, &[]), (false, true, &[])]
+    {
+        let mut episode = doubting("green_block");
+        (episode.scene.anomalies, episode.of_all) = (vec![hand(may_hide)], of_all);
+        let (_, verdict) = episode.plan(steps).run_out(9);
+        if of_all && may_hide {
+            assert_eq!(verdict.reason(), gave_up, "{steps:?}");
+        } else {
+            assert_eq!(verdict, Verdict::Reached, "{of_all} {may_hide}");
+        }
+    }
 }
 
 #[test]

@@ -191,7 +191,7 @@ impl Detector for AnnotatedDetector {
         }
         let names: Vec<Name> = self.objects.iter().map(|o| o.label.clone()).collect();
         let phrases = answer(&self.perception, (&names, &self.objects), phrases);
-        Ok(Detections { objects: self.objects.clone(), phrases })
+        Ok(Detections { objects: self.objects.clone(), phrases, ..Detections::default() })
     }
 }
 

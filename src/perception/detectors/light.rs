@@ -26,6 +26,8 @@ const CONTRASTS: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.5];
 const TONED_RATIO_MAX: f64 = 1.5;
 /// A correction must explain so many times as much as the frame as it is.
 const BETTER_MIN: f64 = 1.05;
+/// Values this near to black or white may have been cut off.
+const CLIPPED: f64 = 3.0;
 /// A pixel that differs from the ground by more than this in some channel is no ground.
 const OFF_GROUND: f64 = 20.0;
 
@@ -54,6 +56,11 @@ pub(super) struct Light {
 }
 
 impl Light {
+    /// Median of each channel: the ground's colour.
+    pub(super) fn ground(&self) -> [f64; 3] {
+        self.ground
+    }
+
     /// Measures a picture.
     pub(super) fn of(image: &ImageView<'_>) -> Self {
         let (width, height) = (image.width(), image.height());
@@ -99,10 +106,20 @@ impl Light {
             }
             let darkest = ground.iter().copied().fold(f64::INFINITY, f64::min);
             let is_felt = farthest_from_one(&gains) >= GAIN_MIN.max(1.0 + 1.0 / (darkest + 0.5));
-            let gains = if is_felt { gains } else { [1.0; 3] };
+            let gains = if is_felt && !self.is_clipped() { gains } else { [1.0; 3] };
             found.push(Correction { contrast, gains });
         }
+        // A ground that is cut off here and not in the example tells what has cut it off.
+        let cuts_off = |c: &Correction| c.of_example(example.ground).iter().any(|v| is_cut_off(*v));
+        if self.is_clipped() && !example.is_clipped() && found.iter().any(cuts_off) {
+            found.retain(cuts_off);
+        }
         found
+    }
+
+    /// Whether the ground is too dark or too bright for its channels to be compared.
+    fn is_clipped(&self) -> bool {
+        self.ground.iter().any(|v| is_cut_off(*v))
     }
 
     /// Whether the ground looks as it does in the example, so that nothing needs to be corrected.
@@ -145,6 +162,11 @@ fn median(mut values: Vec<u8>) -> f64 {
     f64::from(*values.select_nth_unstable(middle).1)
 }
 
+/// Whether a value is so near to black or white that it may have been beyond.
+fn is_cut_off(value: f64) -> bool {
+    !(CLIPPED..=255.0 - CLIPPED).contains(&value)
+}
+
 /// How far a number is from 1 as a factor: the largest of `v` and `1 / v`.
 fn farthest_from_one(values: &[f64]) -> f64 {
     values.iter().fold(1.0, |most: f64, v| most.max(*v).max(1.0 / v))
@@ -168,6 +190,11 @@ impl Default for Correction {
 impl Correction {
     fn value(&self, channel: usize, value: f64) -> f64 {
         (((value - 128.0) / self.contrast + 128.0) * self.gains[channel]).clamp(0.0, 255.0)
+    }
+
+    /// What a colour of the example looks like in the frame.
+    fn of_example(&self, rgb: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|c| (rgb[c] / self.gains[c] - 128.0) * self.contrast + 128.0)
     }
 
     fn of(&self, rgb: [u8; 3]) -> [u8; 3] {
@@ -225,6 +252,13 @@ impl Ground {
     pub(super) fn is_near(&self) -> impl Fn([u8; 3]) -> bool {
         let (colour, distance_max) = (Lab::of(self.rgb), self.distance_max);
         move |rgb| Lab::of(rgb).distance(colour) < distance_max
+    }
+
+    /// Says of every colour whether it is the ground's, or the ground's in less light.
+    pub(super) fn is_lit_or_shaded(&self) -> impl Fn(Lab) -> bool {
+        let is_like = self.is_like();
+        let l_max = Lab::of(self.rgb).l + self.distance_max;
+        move |lab| lab.l <= l_max && is_like(lab)
     }
 
     /// Says of every colour whether it is like the ground's, in whatever light.
@@ -311,7 +345,9 @@ impl Normaliser {
             things.iter().map(|rgb| likeness(correction.of(*rgb))).sum::<f64>()
         };
         let corrections = light.corrections_to(example);
-        let as_it_is = explained(&Correction::default()) * BETTER_MIN;
+        let none = Correction::default();
+        let as_it_is =
+            if corrections.contains(&none) { explained(&none) * BETTER_MIN } else { -1.0 };
         let rated = corrections.iter().map(|correction| (explained(correction), *correction));
         let best = rated.reduce(|best, next| if next.0 > best.0 { next } else { best });
         best.filter(|(explained, _)| *explained > as_it_is).map(|(_, c)| c).unwrap_or_default()

@@ -7,6 +7,12 @@ mod colour;
 mod boxes;
 mod lab;
 mod light;
+mod bitmask;
+mod regions;
+mod scenery;
+mod watchful;
+#[cfg(test)]
+mod drawn;
 mod palette;
 mod colour_namer;
 mod annotated;
@@ -14,6 +20,7 @@ mod http;
 mod onnx;
 
 pub use colour::ColourDetector;
+pub use watchful::Watchful;
 
 use thiserror::Error;
 

@@ -41,6 +41,9 @@ impl Reading {
     }
 }
 
+/// Places that overlap by at least this share are one.
+const SAME_PLACE_IOU_MIN: f64 = 0.5;
+
 /// Beliefs about all observed atoms that were ever judged.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Belief {
@@ -123,7 +126,20 @@ impl Belief {
     /// Takes in what one frame cannot explain; returns what counts.
     pub(super) fn anomaly(&mut self, anomalies: Vec<Anomaly>, confirm_frames: u32) -> Vec<Anomaly> {
         let before = std::mem::take(&mut self.anomalies);
-        for anomaly in anomalies {
+        for mut anomaly in anomalies {
+            // A place is the same where it moves a little: it keeps its first edges.
+            let is_same = |known: &&Anomaly| {
+                let places = known.place.zip(anomaly.place);
+                known.objects == anomaly.objects
+                    && known.reason == anomaly.reason
+                    && places.is_some_and(|(a, b)| {
+                        a.may_hide == b.may_hide
+                            && a.pixel_box().iou(&b.pixel_box()) >= SAME_PLACE_IOU_MIN
+                    })
+            };
+            if let Some(known) = before.keys().find(is_same) {
+                anomaly.place = known.place;
+            }
             let frames = before.get(&anomaly).copied().unwrap_or(0).saturating_add(1);
             self.anomalies.insert(anomaly, frames);
         }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Latched, Reading};
-use super::occlusion::self_filter_in_image;
+use super::occlusion::{is_covered, self_filter_in_image};
 use super::tracker::{Renamed, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
@@ -12,7 +12,9 @@ use crate::messages::{Effects, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
 use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
-use crate::perception::{Detection, Detections, GripperContent, Observation};
+use crate::perception::{
+    Detection, Detections, GripperContent, Observation, Unexplained, doubt_completed,
+};
 use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
@@ -75,7 +77,15 @@ impl SceneParser {
             let reach_m = config.belief.grasp_reach_m;
             self.gripper = gripper::follow(&self.gripper, robot, &self.tracker.tracks, reach_m);
         }
+        // What the robot carries stands on nothing, and where things stand in the world is seen better
+        // than where they stand in the image.
+        let is_busy = self.running.is_some() || self.gripper != GripperContent::Empty;
+        if is_busy || context.view.camera.is_some() {
+            detections.take_back_outside();
+        }
         let occluders = self.occluders(config, context, &detections.objects);
+        let mut unexplained = std::mem::take(&mut detections.unexplained);
+        unexplained.retain(|thing| !is_covered(&thing.place, &occluders));
         // Names come from the tracks: until then, objects are called by their types.
         let types: Vec<Name> = detections.objects.iter().map(|d| d.type_name.clone()).collect();
         let merged = config.pipeline().place(&context.view, &mut detections, &types);
@@ -86,7 +96,7 @@ impl SceneParser {
         self.tracker.update(detections.objects, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
-        let (readings, anomalies) = self.judge(config, context)?;
+        let (readings, anomalies) = self.judge(config, context, &unexplained)?;
         let latched = self.latched();
         let lost = self.lost(config.belief.hidden_frames_max);
         let confirm_frames = config.belief.confirm_frames;
@@ -97,7 +107,7 @@ impl SceneParser {
         let typed: Vec<Typed> =
             objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
         let own = self.own_facts(config, &typed, &latched);
-        let facts = self.facts(config, &typed, &own);
+        let facts = self.facts(config, &typed, &own, &anomalies);
         let cause = context.cause;
         Ok(Scene { cause, objects, facts, anomalies, unsettled, detect_us: 0, ground_us: 0 })
     }
@@ -179,6 +189,7 @@ impl SceneParser {
         &self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
+        unexplained: &[Unexplained],
     ) -> Result<(BTreeMap<Atom, Reading>, Vec<Anomaly>), GrounderError> {
         let hidden_frames_max = config.belief.hidden_frames_max;
         let known = self.tracker.tracks.iter().filter(|t| t.frames_since_seen <= hidden_frames_max);
@@ -186,10 +197,10 @@ impl SceneParser {
         let visible: BTreeSet<&Name> =
             known.clone().filter(|t| t.frames_since_seen == 0).map(|t| &t.object.name).collect();
         let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
-        let observation = Observation { frame: context.view, objects: &boxes };
+        let observation = Observation { frame: context.view, objects: &boxes, unexplained };
         let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation)?;
         let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
-        anomalies.retain(|anomaly| are_visible(&anomaly.objects));
+        anomalies.retain(|anomaly| anomaly.place.is_some() || are_visible(&anomaly.objects));
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
         let readings = judged.map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
@@ -278,6 +289,7 @@ impl SceneParser {
         config: &ParserConfig,
         objects: &[Typed],
         own: &OwnFacts,
+        anomalies: &[Anomaly],
     ) -> Vec<SceneFact> {
         let (mut raw, mut confirmed) = (own.raw.clone(), own.confirmed.clone());
         for (atom, entry) in &self.belief.entries {
@@ -285,8 +297,12 @@ impl SceneParser {
             confirmed.set(atom.clone(), entry.confirmed);
         }
         let pipeline = config.pipeline();
-        let (raw, confirmed) =
-            (pipeline.completed(objects, &raw), pipeline.completed(objects, &confirmed));
+        let completed = |base: &Facts| {
+            let mut facts = pipeline.completed(objects, base);
+            doubt_completed(&config.perception, anomalies, &mut facts);
+            facts
+        };
+        let (raw, confirmed) = (completed(&raw), completed(&confirmed));
         let atoms: BTreeSet<&Atom> =
             [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
                 .into_iter()

@@ -20,6 +20,7 @@ pub fn plan_to_wire(
 ) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
     let mut header = context.header(&plan.cause);
     header.stage_us = [plan.plan_us, 0];
+    header.unsettled = u32::from(plan.of_all);
     header.source = source_to_wire(plan.source);
     header.expansions = plan.expansions;
     header.observe_ns = [plan.observe.cpu_ns, plan.observe.wall_ns];
@@ -95,6 +96,7 @@ pub fn plan_from_wire(
     Ok(PlanMessage {
         cause,
         verdict,
+        of_all: header.unsettled != 0,
         source: source_from_wire(header.source)?,
         expansions: header.expansions,
         plan_us: header.stage_us[0],

@@ -11,7 +11,7 @@ use crate::logic::Truth;
 use crate::messages::{GoalMessage, GoalUpdate, StepOutcome};
 use crate::mismatch::quoted;
 use crate::pddl::{self, Atom, Name, SourceText, Typed};
-use crate::scene::{Anomaly, FrameRef, Origin, Scene, SceneFact, SceneObject, Visibility};
+use crate::scene::{Anomaly, FrameRef, Origin, Place, Scene, SceneFact, SceneObject, Visibility};
 use crate::transport::wire::{ARGS_MAX, NameText, OutcomeRecord, SceneRecord, TaskHeader};
 
 /// Most records of one scene.
@@ -109,7 +109,10 @@ fn fact_to_wire(
 fn anomaly_to_wire(anomaly: &Anomaly, scene: &Scene) -> Result<SceneRecord, WireError> {
     let (n_args, args) = args_to_wire(&anomaly.objects, scene)?;
     let name = NameText { bytes: text_to_wire(&anomaly.reason) };
-    Ok(SceneRecord { tag: 2, n_args, args, name, ..SceneRecord::default() })
+    let (state, pixel_box) = anomaly.place.map_or((0, [0.0; 4]), |place| {
+        (if place.may_hide { 2 } else { 1 }, place.pixel_box().into())
+    });
+    Ok(SceneRecord { tag: 2, state, n_args, args, pixel_box, name, ..SceneRecord::default() })
 }
 
 /// How many objects, and which.
@@ -215,14 +218,20 @@ fn fact_from_wire(
 }
 
 fn anomaly_from_wire(record: &SceneRecord, objects: &[SceneObject]) -> Result<Anomaly, WireError> {
-    if record.n_args == 0 || record.n_args as usize > ARGS_MAX {
-        return Err(WireError::new("n_args", format!("1 to {ARGS_MAX}"), record.n_args));
+    if record.n_args as usize > ARGS_MAX {
+        return Err(WireError::new("n_args", ARGS_MAX, record.n_args));
     }
+    let place = PixelBox::from(finite("pixel_box", record.pixel_box)?);
+    let place = match record.state {
+        0 => None,
+        1 | 2 => Some(Place::new(&place, record.state == 2)),
+        other => return Err(WireError::new("anomaly state", "0 to 2", other)),
+    };
     let reason = text_from_wire("reason", &record.name.bytes)?;
     if reason.is_empty() || reason.chars().any(char::is_control) {
         return Err(WireError::new("reason", "a line of text", quoted(reason)));
     }
-    Ok(Anomaly { objects: args_from_wire(record, objects)?, reason: reason.to_owned() })
+    Ok(Anomaly { objects: args_from_wire(record, objects)?, reason: reason.to_owned(), place })
 }
 
 /// The objects that a record points at.

@@ -1,9 +1,9 @@
 //! Whether a patch of one colour looks like a body: set off from what is around it, and not a seam
 //! between two others.
 
-use super::regions::Region;
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::Lab;
+use crate::perception::detectors::regions::Region;
 
 /// About how many pixels of a patch are looked at.
 const SAMPLES: usize = 128;
@@ -21,6 +21,9 @@ const SEAM_HEIGHT_SHARE: f64 = 0.7;
 /// And at least this share of its surroundings has other object colours.
 const SEAM_ENCLOSED_MIN: f64 = 0.85;
 
+/// Its hue is at most so far outside of those that it runs between, in degrees.
+const SEAM_HUE_MARGIN: f32 = 25.0;
+
 /// Whether most of the pixels beside and above the patch differ from it.
 pub(super) fn stands_out(image: &ImageView<'_>, region: &Region) -> bool {
     let pixel =
@@ -37,13 +40,35 @@ pub(super) fn stands_out(image: &ImageView<'_>, region: &Region) -> bool {
 /// `usual_height` is that of objects of the type, in pixels; `other_colour` says whether a pixel
 /// (column, row) has one of the objects' colours, but not the patch's.
 pub(super) fn is_seam(
+    image: &ImageView<'_>,
     region: &Region,
     usual_height: f64,
     other_colour: impl Fn((i64, i64)) -> bool,
 ) -> bool {
-    let around = surroundings(region).into_iter().flatten();
+    let around = surroundings(region);
     region.pixel_box().height() < SEAM_HEIGHT_SHARE * usual_height
-        && share(around, other_colour) >= SEAM_ENCLOSED_MIN
+        && share(around.iter().flatten().copied(), other_colour) >= SEAM_ENCLOSED_MIN
+        && is_of_hues_between(image, region, &around)
+}
+
+/// Whether the patch has a hue of the body above it, of the one below, or one between the two.
+fn is_of_hues_between(
+    image: &ImageView<'_>,
+    region: &Region,
+    [_, _, above, below]: &[Vec<(i64, i64)>; 4],
+) -> bool {
+    let hue = |lab: Lab| lab.b.atan2(lab.a).to_degrees();
+    let side = |places: &[(i64, i64)]| {
+        let pixel =
+            |(x, y): (i64, i64)| image.pixel(usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        median_colour(places.iter().filter_map(|at| pixel(*at)).collect()).map(hue)
+    };
+    let own = middle_colour(image, region).map(hue);
+    let Some(((own, above), below)) = own.zip(side(above)).zip(side(below)) else { return true };
+    let turn = |from: f32, to: f32| (to - from + 180.0).rem_euclid(360.0) - 180.0;
+    let (arc, at) = (turn(above, below), turn(above, own));
+    let (low, high) = (arc.min(0.0) - SEAM_HUE_MARGIN, arc.max(0.0) + SEAM_HUE_MARGIN);
+    (low..=high).contains(&at)
 }
 
 /// Pixels (column, row) a little left of, right of, above and below the patch's box; some may lie
@@ -74,6 +99,11 @@ fn middle_colour(image: &ImageView<'_>, region: &Region) -> Option<Lab> {
     let pixels = region.runs.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
     let colours: Vec<[u8; 3]> =
         pixels.step_by(step).filter_map(|(x, y)| image.pixel(x as usize, y as usize)).collect();
+    median_colour(colours)
+}
+
+/// The channel-wise median; `None` of nothing.
+fn median_colour(colours: Vec<[u8; 3]>) -> Option<Lab> {
     let channel = |i: usize| median(colours.iter().map(|c| c[i]).collect());
     Some(Lab::of([channel(0)?, channel(1)?, channel(2)?]))
 }

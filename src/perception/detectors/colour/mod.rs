@@ -5,30 +5,30 @@
 //! declares are objects. Lighting is met in the colour space (see [`lab`]) and by shades and
 //! sizes learnt from the labelled image of the camera in use.
 
-mod bitmask;
-mod regions;
 mod outline;
 mod blob_filters;
+mod edges;
 mod pieces;
 
 use std::collections::BTreeMap;
 
+use super::bitmask::BitMask;
 use super::colour_namer::used_colours;
 use super::light::{Light, Normalised, Normaliser};
 use super::palette::{NONE, Palette, cell};
+use super::regions::Region;
 use super::{Detector, DetectorError};
 use crate::geometry::PixelBox;
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::Name;
-use crate::perception::model::{ObjectBox, Perception, TypeSpec};
+use crate::perception::model::{ObjectBox, Perception, Shape, TypeSpec};
 use crate::perception::naming::{label_of, name_detections};
 use crate::perception::phrases::answer;
 use crate::perception::{Detection, Detections, ImageView};
-use bitmask::BitMask;
 use blob_filters::{is_seam, stands_out};
+use edges::{InnerSteps, split};
 use outline::{SizeLimits, Sizes, find, find_stubs, fits};
 use pieces::{Piece, joined};
-use regions::Region;
 
 /// Finds patches of declared colours.
 #[derive(Debug, Clone)]
@@ -37,6 +37,8 @@ pub struct ColourDetector {
     palette: Palette,
     /// Sizes of labelled objects by type, as shares of their image's height.
     sizes: BTreeMap<Name, Sizes>,
+    /// How much the shade steps inside labelled objects, by type.
+    inner_steps: BTreeMap<Name, InnerSteps>,
     /// One mask per class, kept between frames so that nothing is allocated anew.
     masks: Vec<BitMask>,
     /// Light of the labelled images.
@@ -67,6 +69,7 @@ impl ColourDetector {
             perception: perception.clone(),
             palette: Palette::new(&used_colours(perception))?,
             sizes: BTreeMap::new(),
+            inner_steps: BTreeMap::new(),
             masks: Vec::new(),
             lights: Vec::new(),
             normaliser: Normaliser::default(),
@@ -119,9 +122,13 @@ impl ColourDetector {
         for colour in &spec.colours {
             let Some(class) = self.palette.class(colour) else { continue };
             let regions = find(&self.masks[usize::from(class)], appearance, &limits).into_iter();
-            let high = regions.filter(|region| limits.contain_height(&region.pixel_box()));
-            found.extend(high.map(|region| (class, colour, region)));
+            found.extend(regions.map(|region| (class, colour, region)));
         }
+        if let Shape::Patch { split_waists } = appearance.shape {
+            // Of round bodies, a waist says more than the size.
+            found = self.split(found, (spec, !split_waists), image, &limits);
+        }
+        found.retain(|(_, _, region)| limits.contain_height(&region.pixel_box()));
         if let Some(width_max) = limits.widest() {
             found = joined(found, (image, &frame.ground), width_max);
         }
@@ -129,11 +136,32 @@ impl ColourDetector {
         found.retain(|(_, _, region)| stands_out(image, region));
         self.add_stubs(spec, &limits, &mut found);
         let heights = found.iter().map(|(_, _, r)| r.pixel_box().height()).collect();
-        let usual = usual_height(heights).min(limits.lowest().unwrap_or(f64::INFINITY));
+        let usual = median(heights).min(limits.lowest().unwrap_or(f64::INFINITY));
         let bodies = found.into_iter().filter(|(class, _, region)| {
-            !is_seam(region, usual, |xy| self.class_at(image, xy).is_some_and(|c| c != *class))
+            !is_seam(image, region, usual, |xy| {
+                self.class_at(image, xy).is_some_and(|c| c != *class)
+            })
         });
         bodies.map(|(_, colour, region)| detection(spec, colour, region)).collect()
+    }
+
+    /// Cuts regions of several bodies.
+    fn split<'s>(
+        &self,
+        pieces: Vec<Piece<'s>>,
+        (spec, by_size): (&TypeSpec, bool),
+        image: &ImageView<'_>,
+        limits: &SizeLimits,
+    ) -> Vec<Piece<'s>> {
+        let Some(inside) = self.inner_steps.get(&spec.name) else { return pieces };
+        let boxes = pieces.iter().map(|(_, _, r)| r.pixel_box()).filter(|b| limits.contain(b));
+        let scale = median(boxes.filter_map(|b| limits.scale_of(&b)).collect()).max(1.0);
+        let scale = by_size.then_some(scale);
+        let split = |(class, colour, region)| {
+            let bodies = split(region, image, limits, (*inside, scale)).into_iter();
+            bodies.map(move |body| (class, colour, body))
+        };
+        pieces.into_iter().flat_map(split).collect()
     }
 
     /// Where the names of a type say how many there are, and some are missing: what may be the rest
@@ -180,6 +208,8 @@ impl Detector for ColourDetector {
             let new = Sizes { width: [w, w], height: [h, h] };
             let known = self.sizes.entry(object.type_name.clone()).or_insert(new);
             *known = known.widened(new);
+            let steps = self.inner_steps.entry(object.type_name.clone()).or_default();
+            *steps = steps.widened(image, &b);
         }
         Ok(())
     }
@@ -201,14 +231,14 @@ impl Detector for ColourDetector {
             let names = name_detections(&self.perception, &objects);
             answer(&self.perception, (&names, &objects), phrases)
         };
-        Ok(Detections { objects, phrases })
+        Ok(Detections { objects, phrases, ..Detections::default() })
     }
 }
 
-/// The median height; 0 of none.
-fn usual_height(mut heights: Vec<f64>) -> f64 {
-    heights.sort_by(f64::total_cmp);
-    heights.get(heights.len() / 2).copied().unwrap_or(0.0)
+/// The median; 0 of none.
+fn median(mut sizes: Vec<f64>) -> f64 {
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn detection(spec: &TypeSpec, colour: &Name, region: Region) -> Detection {

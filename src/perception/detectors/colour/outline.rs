@@ -1,8 +1,9 @@
 //! Cleaned colour masks to regions of the outline that a type declares.
 
-use super::bitmask::BitMask;
-use super::regions::{Region, regions};
+use super::edges::Axis;
 use crate::geometry::PixelBox;
+use crate::perception::detectors::bitmask::BitMask;
+use crate::perception::detectors::regions::{Region, regions};
 use crate::perception::model::{Appearance, Shape};
 
 /// Labelled objects bound the sizes to look for: down to this share of the smallest.
@@ -43,6 +44,13 @@ impl Sizes {
         Self { width: self.width.map(|v| v * factor), height: self.height.map(|v| v * factor) }
     }
 
+    fn along(&self, axis: Axis) -> [f64; 2] {
+        match axis {
+            Axis::Rows => self.height,
+            Axis::Columns => self.width,
+        }
+    }
+
     /// The smallest range that contains both.
     pub(super) fn widened(self, other: Self) -> Self {
         let hull = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
@@ -54,10 +62,8 @@ impl Sizes {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SizeLimits {
     accepted: Sizes,
-    /// Heights of the lowest and the highest labelled object.
-    labelled: Option<[f64; 2]>,
-    /// Width of the widest labelled object.
-    width_max: Option<f64>,
+    /// Sizes of labelled objects.
+    labelled: Option<Sizes>,
 }
 
 impl SizeLimits {
@@ -70,7 +76,7 @@ impl SizeLimits {
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
-            return Self { accepted: declared, labelled: None, width_max: None };
+            return Self { accepted: declared, labelled: None };
         };
         let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
             let low = declared[0].max(least * SIZE_SHARE_MIN);
@@ -83,18 +89,39 @@ impl SizeLimits {
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
-        let width_max = Some(labelled.width[1]);
-        Self { accepted: Sizes { width, height }, labelled: Some(labelled.height), width_max }
+        Self { accepted: Sizes { width, height }, labelled: Some(labelled) }
     }
 
     /// Width of the widest labelled object.
     pub(super) fn widest(&self) -> Option<f64> {
-        self.width_max
+        self.labelled.map(|labelled| labelled.width[1])
     }
 
     /// Height of the lowest labelled object.
     pub(super) fn lowest(&self) -> Option<f64> {
-        self.labelled.map(|[lowest, _]| lowest)
+        self.labelled.map(|labelled| labelled.height[0])
+    }
+
+    /// Height of the highest labelled object.
+    fn highest(&self) -> Option<f64> {
+        self.labelled.map(|labelled| labelled.height[1])
+    }
+
+    /// Least and greatest size of labelled objects across the cuts of an axis.
+    pub(super) fn labelled_along(&self, axis: Axis) -> Option<[f64; 2]> {
+        self.labelled.map(|sizes| sizes.along(axis))
+    }
+
+    /// The least size that is accepted across the cuts of an axis.
+    pub(super) fn least_along(&self, axis: Axis) -> f64 {
+        self.accepted.along(axis)[0]
+    }
+
+    /// How many times as large as the largest labelled object a piece is, by the side in which it is
+    /// less so: two that touch are not larger in both.
+    pub(super) fn scale_of(&self, b: &PixelBox) -> Option<f64> {
+        let ratio = |l: Sizes| (b.width() / l.width[1]).min(b.height() / l.height[1]);
+        self.labelled.map(ratio)
     }
 
     /// Whether a piece is as high as an object may be.
@@ -103,7 +130,8 @@ impl SizeLimits {
         (low..=high).contains(&b.height())
     }
 
-    fn contain(&self, b: &PixelBox) -> bool {
+    /// Whether a piece is as large as an object may be.
+    pub(super) fn contain(&self, b: &PixelBox) -> bool {
         let within = |v: f64, [low, high]: [f64; 2]| low <= v && v <= high;
         within(b.width(), self.accepted.width) && within(b.height(), self.accepted.height)
     }
@@ -218,7 +246,7 @@ fn join_columns(pieces: Vec<Region>) -> Vec<Region> {
 /// two round bodies of one colour, one upon the other. Without labelled objects nothing is cut.
 fn split_at_waists(region: Region, limits: &SizeLimits) -> Vec<Region> {
     let too_high =
-        |r: &Region| limits.labelled.is_some_and(|l| r.pixel_box().height() > DOUBLE_HEIGHT * l[1]);
+        |r: &Region| limits.highest().is_some_and(|h| r.pixel_box().height() > DOUBLE_HEIGHT * h);
     let part_min = limits.accepted.height[0].ceil().max(1.0) as usize;
     let mut parts = Vec::new();
     let mut rest = vec![region];

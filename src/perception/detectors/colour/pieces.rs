@@ -5,15 +5,15 @@
 //! together than a labelled object, and nothing says that there are two: no ground between them, and
 //! no edge where they touch.
 
-use super::regions::Region;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::Lab;
 use crate::perception::detectors::light::Ground;
+use crate::perception::detectors::regions::Region;
 
 /// Top and bottom rows of two pieces differ by at most this share of their height.
-const ROWS_SHARE_MAX: f64 = 0.15;
+const ROWS_SHARE_MAX: f64 = 0.25;
 /// Pieces are together at most this many times as wide as the widest labelled object.
 const WIDTH_MULTIPLE_MAX: f64 = 1.15;
 /// What cuts a body up is at most this share of the whole.

@@ -3,40 +3,9 @@
 use proptest::prelude::*;
 
 use super::*;
-
-/// A picture of filled rectangles on a plain ground.
-struct Canvas {
-    width: usize,
-    rgb: Vec<u8>,
-}
-
-impl Canvas {
-    fn new(width: usize, height: usize, ground: [u8; 3]) -> Self {
-        Self { width, rgb: ground.repeat(width * height) }
-    }
-
-    fn fill(&mut self, [x1, y1, x2, y2]: [usize; 4], rgb: [u8; 3]) -> &mut Self {
-        for (y, x) in (y1..y2).flat_map(|y| (x1..x2).map(move |x| (y, x))) {
-            let at = 3 * (y * self.width + x);
-            self.rgb[at..at + 3].copy_from_slice(&rgb);
-        }
-        self
-    }
-
-    /// Adds noise of a few steps to every channel.
-    fn noisy(mut self) -> Self {
-        let mut state = 1_u32;
-        for byte in &mut self.rgb {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            *byte = byte.saturating_add((state >> 29) as u8).saturating_sub(4);
-        }
-        self
-    }
-
-    fn view(&self) -> ImageView<'_> {
-        ImageView::new(self.width, self.rgb.len() / 3 / self.width, &self.rgb).unwrap()
-    }
-}
+use crate::perception::detectors::drawn::{
+    BLOCK_LABELS, BLUE, CLOTH, Canvas, RED, YELLOW, blocks, labelled,
+};
 
 const BLOCKS: &str = include_str!("../../../../domains/blocksworld/perception.toml");
 const HANOI: &str = include_str!("../../../../domains/hanoi/perception.toml");
@@ -127,11 +96,7 @@ fn learning_outside_the_image_is_refused() {
 fn taught(domain: &str, example: &Canvas, labels: &[(&str, &str, [f64; 4])]) -> ColourDetector {
     let perception = Perception::parse("perception.toml", domain).unwrap();
     let mut detector = ColourDetector::new(&perception).unwrap();
-    let object = |(name, type_name, edges): &(&str, &str, [f64; 4])| {
-        ObjectBox::new((*name).into(), (*type_name).into(), PixelBox::from(*edges))
-    };
-    let objects: Vec<ObjectBox> = labels.iter().map(object).collect();
-    detector.learn(&example.view(), &objects).unwrap();
+    detector.learn(&example.view(), &labelled(labels)).unwrap();
     detector
 }
 
@@ -144,25 +109,6 @@ fn check_taught(mut detector: ColourDetector, canvas: &Canvas, expect: &[(&str, 
     seen.sort_by_key(|(name, _)| *name);
     assert_eq!(seen, expect);
 }
-
-const RED: [u8; 3] = [200, 45, 40];
-const BLUE: [u8; 3] = [40, 90, 200];
-const YELLOW: [u8; 3] = [230, 195, 45];
-const CLOTH: [u8; 3] = [42, 43, 46];
-
-/// A red block on a blue one and a yellow one beside them, 30 pixels wide.
-fn blocks(ground: [u8; 3]) -> Canvas {
-    let mut canvas = Canvas::new(320, 240, ground);
-    canvas.fill([60, 140, 90, 170], RED).fill([60, 170, 90, 200], BLUE);
-    canvas.fill([220, 170, 250, 200], YELLOW);
-    canvas
-}
-
-const BLOCK_LABELS: [(&str, &str, [f64; 4]); 3] = [
-    ("red_block", "block", [60.0, 140.0, 90.0, 170.0]),
-    ("blue_block", "block", [60.0, 170.0, 90.0, 200.0]),
-    ("yellow_block", "block", [220.0, 170.0, 250.0, 200.0]),
-];
 
 /// What is found of [`blocks`].
 const BLOCKS_FOUND: [(&str, [f64; 4]); 3] = [
@@ -224,6 +170,61 @@ fn a_body_whose_hue_drifts_over_two_names_is_one_and_an_edge_makes_two() {
     let expect =
         [("blue_block", [116.0, 150.0, 132.0, 180.0]), ("red_block", [100.0, 150.0, 116.0, 180.0])];
     check_taught(taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS), &two, &expect);
+}
+
+#[test]
+fn bodies_of_one_colour_that_touch_are_told_apart_by_shade_or_by_size() {
+    let mut shades = Canvas::new(320, 240, CLOTH);
+    shades.fill([60, 152, 90, 176], [120, 215, 110]).fill([60, 176, 90, 200], [15, 95, 25]);
+    let expect =
+        [("green_block", [60.0, 152.0, 90.0, 176.0]), ("green_block2", [60.0, 176.0, 90.0, 200.0])];
+    check_taught(taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS), &shades, &expect);
+    let mut sizes = Canvas::new(320, 240, CLOTH);
+    sizes.fill([60, 140, 90, 200], RED).fill([150, 170, 210, 200], BLUE);
+    let expect = [
+        ("blue_block", [150.0, 170.0, 180.0, 200.0]),
+        ("blue_block2", [180.0, 170.0, 210.0, 200.0]),
+        ("red_block", [60.0, 140.0, 90.0, 170.0]),
+        ("red_block2", [60.0, 170.0, 90.0, 200.0]),
+    ];
+    check_taught(taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS), &sizes, &expect);
+}
+
+/// All of one picture larger than in the example: the camera is nearer, and no block is two.
+#[test]
+fn in_a_nearer_picture_nothing_is_doubled() {
+    let mut near = Canvas::new(320, 240, CLOTH);
+    near.fill([20, 96, 74, 150], RED).fill([20, 150, 74, 204], BLUE);
+    near.fill([150, 150, 204, 204], YELLOW);
+    let expect = [
+        ("blue_block", [20.0, 150.0, 74.0, 204.0]),
+        ("red_block", [20.0, 96.0, 74.0, 150.0]),
+        ("yellow_block", [150.0, 150.0, 204.0, 204.0]),
+    ];
+    check_taught(taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS), &near, &expect);
+}
+
+/// A low disk between higher ones whose hue lies elsewhere than between theirs is no seam.
+#[test]
+fn a_thin_disk_between_two_is_a_disk() {
+    let (orange, pink, green) = ([235, 130, 35], [225, 120, 165], [40, 150, 70]);
+    let mut example = Canvas::new(320, 240, CLOTH);
+    example.fill([35, 176, 125, 200], BLUE).fill([50, 152, 110, 176], orange);
+    let labels = [
+        ("blue_disk", "disk", [35.0, 176.0, 125.0, 200.0]),
+        ("orange_disk", "disk", [50.0, 152.0, 110.0, 176.0]),
+    ];
+    let mut canvas = Canvas::new(320, 240, CLOTH);
+    canvas.fill([35, 176, 125, 200], BLUE).fill([40, 152, 120, 176], pink);
+    canvas.fill([43, 143, 117, 152], [20, 75, 85]).fill([48, 143, 112, 152], green);
+    canvas.fill([50, 119, 110, 143], orange);
+    let expect = [
+        ("blue_disk", [35.0, 176.0, 125.0, 200.0]),
+        ("green_disk", [48.0, 143.0, 112.0, 152.0]),
+        ("orange_disk", [50.0, 119.0, 110.0, 143.0]),
+        ("pink_disk", [40.0, 152.0, 120.0, 176.0]),
+    ];
+    check_taught(taught(HANOI, &example, &labels), &canvas, &expect);
 }
 
 /// A board with three pegs of some colour, and a disk.

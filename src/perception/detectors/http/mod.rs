@@ -224,7 +224,7 @@ impl Detector for HttpDetector {
         let phrases = places.filter_map(|Found { query_idx, pixel_box, score }| {
             Some(PhraseBox { phrase: phrases.get(query_idx)?.clone(), pixel_box, score })
         });
-        Ok(Detections { objects, phrases: phrases.collect() })
+        Ok(Detections { objects, phrases: phrases.collect(), ..Detections::default() })
     }
 
     /// A service is not asked about an example: the first frame is soon enough.

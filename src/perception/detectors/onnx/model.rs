@@ -105,7 +105,7 @@ impl Detector for OnnxDetector {
         let perception = self.colour_namer.perception();
         let names = name_detections(perception, &objects);
         let phrases = answer(perception, (&names, &objects), phrases);
-        Ok(Detections { objects, phrases })
+        Ok(Detections { objects, phrases, ..Detections::default() })
     }
 
     fn is_slow(&self) -> bool {

@@ -126,7 +126,7 @@ impl Assignment {
 
     pub(super) fn anomaly(&mut self, reason: impl Into<String>, objects: &[usize]) {
         let objects = objects.iter().map(|&object| self.names[object].clone()).collect();
-        self.anomalies.push(Anomaly { objects, reason: reason.into() });
+        self.anomalies.push(Anomaly::about(objects, reason));
     }
 
     /// The decided scene. A judgement that differs from what its own feature says rests on a

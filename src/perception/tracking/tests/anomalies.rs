@@ -21,10 +21,7 @@ impl Grounder for Suspicious {
                 .iter()
                 .any(|judged| judged.atom.args[0] == block.name && judged.truth == Truth::True);
             if !stands && !rests {
-                let anomaly = Anomaly {
-                    objects: vec![block.name.clone()],
-                    reason: "nothing under".to_owned(),
-                };
+                let anomaly = Anomaly::about(vec![block.name.clone()], "nothing under");
                 grounding.anomalies.push(anomaly);
             }
         }

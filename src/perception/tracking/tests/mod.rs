@@ -173,7 +173,8 @@ impl Eyes {
             statuses: &statuses,
         };
         let phrases = std::mem::take(&mut self.phrases);
-        let detections = Detections { objects: detections.to_vec(), phrases };
+        let detections =
+            Detections { objects: detections.to_vec(), phrases, ..Detections::default() };
         self.last = self.parser.parse(&self.config, &context, detections).unwrap();
         self.last.clone()
     }

@@ -85,7 +85,7 @@ prop_compose! {
         objects in prop::collection::vec(prop::sample::select(objects), 1..=ARGS_MAX),
         reason in "[a-z][ a-z]{0,40}",
     ) -> Anomaly {
-        Anomaly { objects: objects.into_iter().map(|object| object.name).collect(), reason }
+        Anomaly::about(objects.into_iter().map(|object| object.name).collect(), reason)
     }
 }
 
@@ -185,12 +185,12 @@ prop_compose! {
     fn plans()(
         verdict in verdicts(),
         source in prop::option::of(prop::sample::select(PlanSource::ALL.to_vec())),
-        (plan_us, expansions) in any::<(u32, u64)>(),
+        (plan_us, expansions, of_all) in any::<(u32, u64, bool)>(),
         [a, b, c, d] in any::<[u64; 4]>(),
     ) -> PlanMessage {
         let observe = Spent { cpu_ns: a, wall_ns: b };
         let decide = Spent { cpu_ns: c, wall_ns: d };
-        PlanMessage { cause: CAUSE, verdict, source, expansions, plan_us, observe, decide }
+        PlanMessage { cause: CAUSE, verdict, of_all, source, expansions, plan_us, observe, decide }
     }
 }
 

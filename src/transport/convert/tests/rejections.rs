@@ -21,8 +21,7 @@ fn scene() -> Scene {
         confidence: 0.5,
     };
     let objects = vec![object("a"), object("b")];
-    let anomaly =
-        Anomaly { objects: vec!["a".into(), "b".into()], reason: "a gap between".to_owned() };
+    let anomaly = Anomaly::about(vec!["a".into(), "b".into()], "a gap between");
     let (facts, anomalies) = (vec![fact], vec![anomaly]);
     Scene { cause: CAUSE, objects, facts, anomalies, ..Scene::default() }
 }
@@ -75,8 +74,9 @@ fn scene_records_out_of_range_are_rejected() {
         ("confirmed", |r| r.confirmed = 3),
         ("confidence", |r| r.score = -0.1),
     ];
-    let anomalies: [(&str, Change); 6] = [
-        ("n_args", |r| r.n_args = 0),
+    let anomalies: [(&str, Change); 7] = [
+        ("anomaly state", |r| r.state = 3),
+        ("pixel_box", |r| r.pixel_box[1] = f64::NAN),
         ("n_args", |r| r.n_args = 7),
         ("argument", |r| r.args[1] = 2),
         ("reason", |r| r.name.bytes[0] = 0),
@@ -126,9 +126,8 @@ fn what_does_not_fit_into_a_message_is_not_sent() {
     scene.facts = vec![stray(Atom::new("under", &["a", "b"]))];
     check("predicate", scene_to_wire(&scene, &context));
     scene.facts.clear();
-    let anomaly = |objects: &[&str]| Anomaly {
-        objects: objects.iter().map(|&name| name.into()).collect(),
-        reason: "nothing under".to_owned(),
+    let anomaly = |objects: &[&str]| {
+        Anomaly::about(objects.iter().map(|&name| name.into()).collect(), "nothing under")
     };
     scene.anomalies = vec![anomaly(&["ghost"])];
     check("argument", scene_to_wire(&scene, &context));

@@ -47,6 +47,31 @@ impl Region {
         rows
     }
 
+    /// Cuts the region before rows (or columns) counted from its first one; empty parts are left out.
+    pub(super) fn cut(self, before: &[usize], between_rows: bool) -> Vec<Self> {
+        if before.is_empty() {
+            return vec![self];
+        }
+        let b = self.pixel_box();
+        let origin = if between_rows { b.y1 } else { b.x1 } as u32;
+        let limits: Vec<u32> = before.iter().map(|at| origin + *at as u32).collect();
+        let mut parts: Vec<Vec<MaskRun>> = vec![Vec::new(); limits.len() + 1];
+        for run in self.runs {
+            if between_rows {
+                parts[limits.partition_point(|limit| *limit <= run.y)].push(run);
+                continue;
+            }
+            let mut x_start = run.x_start;
+            while x_start < run.x_end {
+                let part = limits.partition_point(|limit| *limit <= x_start);
+                let x_end = limits.get(part).map_or(run.x_end, |limit| run.x_end.min(*limit));
+                parts[part].push(MaskRun { x_start, x_end, ..run });
+                x_start = x_end;
+            }
+        }
+        parts.into_iter().filter(|runs| !runs.is_empty()).map(|runs| Self { runs }).collect()
+    }
+
     /// Cuts the region above a row; an empty part is left out.
     pub(super) fn cut_above(self, row: u32) -> Vec<Self> {
         let (above, below) = self.runs.into_iter().partition(|run| run.y < row);
@@ -168,6 +193,11 @@ mod tests {
         let parts = found[0].clone().cut_above(2);
         let heights: Vec<f64> = parts.iter().map(|p| p.pixel_box().height()).collect();
         assert_eq!(heights, [2.0, 3.0]);
+        let widths = |parts: Vec<Region>| -> Vec<f64> {
+            parts.iter().map(|p| p.pixel_box().width()).collect()
+        };
+        assert_eq!(widths(found[0].clone().cut(&[1], false)), [1.0, 2.0]);
+        assert_eq!(found[0].clone().cut(&[1, 4], true).iter().map(Region::area).sum::<usize>(), 15);
     }
 
     proptest! {
