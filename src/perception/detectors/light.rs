@@ -5,6 +5,7 @@
 //! Kries, 1902). What no light would do to a ground is another ground, and is left alone.
 
 use super::lab::{Lab, Shade};
+use super::palette::CHROMA_MIN;
 use crate::perception::ImageView;
 
 /// About how many pixels are looked at.
@@ -26,6 +27,8 @@ const CONTRASTS: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.5];
 const TONED_RATIO_MAX: f64 = 1.5;
 /// A correction must explain so many times as much as the frame as it is.
 const BETTER_MIN: f64 = 1.05;
+/// A colour is like a shade up to this distance.
+const LIKE_MAX: f32 = 0.1;
 /// Values this near to black or white may have been cut off.
 const CLIPPED: f64 = 3.0;
 /// A pixel that differs from the ground by more than this in some channel is no ground.
@@ -160,6 +163,17 @@ fn median(mut values: Vec<u8>) -> f64 {
     }
     let middle = values.len() / 2;
     f64::from(*values.select_nth_unstable(middle).1)
+}
+
+/// How much a colour is like one of these shades, in any brightness: from 0 to 1.
+pub(super) fn likeness(shades: impl Iterator<Item = Shade>, rgb: [u8; 3]) -> f64 {
+    let lab = Lab::of(rgb);
+    if lab.chroma() < CHROMA_MIN {
+        return 0.0;
+    }
+    let shade = Shade::of(lab);
+    let nearest = shades.map(|known| shade.distance(known, 0.0)).fold(f32::INFINITY, f32::min);
+    f64::from((1.0 - nearest / LIKE_MAX).max(0.0))
 }
 
 /// Whether a value is so near to black or white that it may have been beyond.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::lab::{Lab, Shade};
-use super::light::Ground;
+use super::light::{Ground, likeness};
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
@@ -26,7 +26,7 @@ const PER_LIGHTNESS: f32 = 0.006;
 const DISTANCE_MAX: f32 = 0.45;
 
 /// Colours closer to grey than this (in Lab units) are grey: sensor noise and tinted cloth.
-const CHROMA_MIN: f32 = 8.0;
+pub(super) const CHROMA_MIN: f32 = 8.0;
 
 /// A shade learnt from the camera in use counts as nearer than general knowledge by this share of
 /// its distance,
@@ -36,9 +36,6 @@ const LEARNT_MAX: f32 = 0.06;
 
 /// Most grounds whose tables are kept: a camera's flicker goes back and forth between few.
 const GROUNDS_MAX: usize = 4;
-
-/// A colour is like a learnt shade up to this distance.
-const LIKE_MAX: f32 = 0.1;
 
 /// Least share of a labelled box's middle that must have the colour for it to be learnt from.
 const OWN_SHARE_MIN: f64 = 0.05;
@@ -146,14 +143,7 @@ impl Palette {
 
     /// How much a colour is like one of the learnt shades, in any brightness: from 0 to 1.
     pub(super) fn likeness(&self, rgb: [u8; 3]) -> f64 {
-        let lab = Lab::of(rgb);
-        if lab.chroma() < CHROMA_MIN {
-            return 0.0;
-        }
-        let shade = Shade::of(lab);
-        let distances = self.learnt.iter().map(|(_, known)| shade.distance(*known, 0.0));
-        let nearest = distances.fold(f32::INFINITY, f32::min);
-        f64::from((1.0 - nearest / LIKE_MAX).max(0.0))
+        likeness(self.learnt.iter().map(|(_, shade)| *shade), rgb)
     }
 
     /// The classes of colours that differ from a ground's; made by [`Palette::prepare`].

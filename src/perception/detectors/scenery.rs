@@ -2,8 +2,8 @@
 //! the rows in which objects stand on the ground.
 
 use super::bitmask::BitMask;
-use super::lab::Lab;
-use super::light::{Light, Normalised};
+use super::lab::{Lab, Shade};
+use super::light::{Light, Normalised, likeness};
 use super::regions::regions;
 use crate::geometry::{MaskRun, PixelBox};
 use crate::perception::model::ObjectBox;
@@ -29,6 +29,16 @@ const COUNT_SHARE_MIN: f64 = 5e-5;
 const CELLS_PER_THICKNESS: f64 = 3.0;
 /// A frame is at most so many times as bright or as dark as the example for its ground to be the same.
 const BRIGHTNESS_RATIO_MAX: f64 = 2.5;
+/// Within this of 1, a frame is as bright as the example.
+const SAME_BRIGHTNESS_MAX: f64 = 0.1;
+/// Bright and dark parts of a picture may have changed by factors this far apart.
+const GAIN_SPREAD: f64 = 0.15;
+/// Shadows leave so much of a value.
+const SHADOWS: [f64; 3] = [0.8, 0.63, 0.5];
+/// Values from this on may be cut off,
+const CUT_OFF: u8 = 250;
+/// and were up to so many times as bright.
+const CUT_OFF_BY: f64 = 1.5;
 /// Objects whose lower edge is farther from the ground's rows than so many times their height, and
 /// that rest on nothing, are outside.
 const OUTSIDE_HEIGHTS_MIN: f64 = 2.0;
@@ -44,8 +54,8 @@ pub(super) struct Scenery {
     lights: Vec<Light>,
     /// Colours beside the objects.
     beside: Colours,
-    /// Colours of the objects.
-    of_objects: Colours,
+    /// Shades of the objects.
+    shades: Vec<Shade>,
     /// Width and height of the objects, as shares of their image's height.
     sizes: Vec<[f64; 2]>,
     /// Where lower edges of objects that rest on no other lie, likewise.
@@ -57,7 +67,7 @@ impl Default for Scenery {
         Self {
             lights: Vec::new(),
             beside: Colours::default(),
-            of_objects: Colours::default(),
+            shades: Vec::new(),
             sizes: Vec::new(),
             ground_rows: None,
         }
@@ -72,12 +82,14 @@ impl Scenery {
         for y in 0..image.height() {
             for (x, rgb) in image.row(y).as_chunks::<3>().0.iter().enumerate() {
                 let at = (x as f64, y as f64);
-                let is_object = boxes.iter().any(|b| contains(b, at));
-                if is_object { &mut self.of_objects } else { &mut self.beside }.see(*rgb);
+                if !boxes.iter().any(|b| contains(b, at)) {
+                    self.beside.see(*rgb);
+                }
             }
         }
         self.beside.settle();
-        self.of_objects.settle();
+        let shades = boxes.iter().filter_map(|b| middle_colour(image, &rows_of(&central(b))));
+        self.shades.extend(shades.map(Shade::of));
         let height = image.height() as f64;
         for (i, b) in boxes.iter().enumerate() {
             self.sizes.push([b.width() / height, b.height() / height]);
@@ -100,9 +112,9 @@ impl Scenery {
         self.sizes.is_empty()
     }
 
-    /// Whether the labelled pictures show a colour anywhere: 1 or 0.
+    /// How much a colour is like one of the objects', in any brightness: from 0 to 1.
     pub(super) fn likeness(&self, rgb: [u8; 3]) -> f64 {
-        f64::from(u8::from(self.of_objects.contain(rgb) || self.beside.contain(rgb)))
+        likeness(self.shades.iter().copied(), rgb)
     }
 
     /// The objects that stand elsewhere than the others: on nothing, and far from the rows in which
@@ -171,9 +183,8 @@ impl Scenery {
             })
             .collect();
         let is_part = |b: &PixelBox| {
-            let (w, h) = (b.width() / 4.0, b.height() / 4.0);
-            let centre = PixelBox { x1: b.x1 + w, y1: b.y1 + h, x2: b.x2 - w, y2: b.y2 - h };
-            let Some(own) = middle_colour(&frame.image, &rows_of(&centre)) else { return false };
+            let own = middle_colour(&frame.image, &rows_of(&central(b)));
+            let Some(own) = own else { return false };
             things.iter().zip(&colours).any(|(thing, (area, colour))| {
                 thing.is_near(b)
                     && *area >= SAME_AREA_MIN * b.area()
@@ -210,8 +221,8 @@ impl Scenery {
                 let x = column as f64 * step;
                 let Some(rgb) = pixels.get(x as usize) else { break };
                 let is_explained = *explained[cell(*rgb)].get_or_insert_with(|| {
-                    let toned = rgb.map(|v| (f64::from(v) * gain).min(255.0) as u8);
-                    self.beside.contain(toned) || is_ground(Lab::of(*rgb))
+                    is_ground(Lab::of(*rgb))
+                        || tones(*rgb, gain).any(|rgb| self.beside.contain(rgb))
                 });
                 if !is_explained && !in_row.iter().any(|b| b.x1 <= x && x < b.x2) {
                     mask.row_mut(row)[column / 64] |= 1 << (column % 64);
@@ -285,6 +296,12 @@ fn grown(b: &PixelBox, by: f64) -> PixelBox {
     PixelBox { x1: b.x1 - by, y1: b.y1 - by, x2: b.x2 + by, y2: b.y2 + by }
 }
 
+/// The central half of a box.
+fn central(b: &PixelBox) -> PixelBox {
+    let (w, h) = (b.width() / 4.0, b.height() / 4.0);
+    PixelBox { x1: b.x1 + w, y1: b.y1 + h, x2: b.x2 - w, y2: b.y2 - h }
+}
+
 /// The rows of a box.
 fn rows_of(b: &PixelBox) -> Vec<PixelBox> {
     let rows = b.y1.round() as usize..(b.y2.round() as usize).max(b.y1.round() as usize + 1);
@@ -304,6 +321,23 @@ fn middle_colour(image: &ImageView<'_>, stripes: &[PixelBox]) -> Option<Lab> {
         values.get(values.len() / 2).copied()
     };
     Some(Lab::of([median(0)?, median(1)?, median(2)?]))
+}
+
+/// What a colour may be in the example's brightness. Bright and dark parts of a picture need not have
+/// changed by the same factor, and what is cut off at white was brighter.
+fn tones(rgb: [u8; 3], gain: f64) -> impl Iterator<Item = [u8; 3]> {
+    let spread = if (gain - 1.0).abs() < SAME_BRIGHTNESS_MAX { 0.0 } else { GAIN_SPREAD };
+    let gains = [1.0, 1.0 - spread, 1.0 + spread].into_iter().chain(SHADOWS.map(|s| 1.0 / s));
+    gains.flat_map(move |factor| {
+        let channel = |v: u8| {
+            let toned = (f64::from(v) * gain * factor).min(255.0);
+            let most = if v >= CUT_OFF { toned * CUT_OFF_BY } else { toned };
+            (toned as u8..=most.min(255.0) as u8).step_by(1 << (8 - BITS))
+        };
+        let [r, g, b] = rgb.map(channel);
+        let pairs = r.flat_map(move |r| g.clone().map(move |g| (r, g)));
+        pairs.flat_map(move |(r, g)| b.clone().map(move |b| [r, g, b]))
+    })
 }
 
 /// Which of the boxes stand in those rows, or on others that do.

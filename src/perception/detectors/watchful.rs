@@ -96,6 +96,11 @@ impl Detector for Watchful {
             |found: &Detections| scenery.unexplained(&frame, (&boxes(&found.objects), &outside));
         found.unexplained = things(&found);
         let parts = Scenery::parts_of(&frame, &found.unexplained, &boxes(&found.objects));
+        // Fixtures may be parts of something larger: pegs of a board.
+        let is_fixture = |at: &usize| {
+            self.fixtures.iter().any(|(fixture, _)| *fixture == found.objects[*at].type_name)
+        };
+        let parts: Vec<usize> = parts.into_iter().filter(|at| !is_fixture(at)).collect();
         if !parts.is_empty() {
             parts.into_iter().rev().for_each(|at| drop(found.objects.remove(at)));
             found.unexplained = things(&found);
