@@ -29,6 +29,8 @@ const TONED_RATIO_MAX: f64 = 1.5;
 const BETTER_MIN: f64 = 1.05;
 /// A colour is like a shade up to this distance.
 const LIKE_MAX: f32 = 0.1;
+/// Bits of each channel that tell colours apart when lights are.
+const HISTOGRAM_BITS: u32 = 5;
 /// Values this near to black or white may have been cut off.
 const CLIPPED: f64 = 3.0;
 /// A pixel that differs from the ground by more than this in some channel is no ground.
@@ -163,6 +165,29 @@ fn median(mut values: Vec<u8>) -> f64 {
     }
     let middle = values.len() / 2;
     f64::from(*values.select_nth_unstable(middle).1)
+}
+
+/// Colours that are about the same as one, with how many there are.
+fn histogram<'a>(colours: impl Iterator<Item = &'a [u8; 3]>) -> Vec<(f64, [u8; 3])> {
+    let mut bins = vec![[0_u32; 4]; 1 << (3 * HISTOGRAM_BITS)];
+    let mut used = Vec::new();
+    for rgb in colours {
+        let [r, g, b] = rgb.map(|v| usize::from(v >> (8 - HISTOGRAM_BITS)));
+        let at = r << (2 * HISTOGRAM_BITS) | g << HISTOGRAM_BITS | b;
+        let [n, sums @ ..] = &mut bins[at];
+        if *n == 0 {
+            used.push(at);
+        }
+        *n += 1;
+        for (sum, v) in sums.iter_mut().zip(rgb) {
+            *sum += u32::from(*v);
+        }
+    }
+    let mean = |at: usize| {
+        let [n, sums @ ..] = bins[at];
+        (f64::from(n), sums.map(|sum| (sum / n) as u8))
+    };
+    used.into_iter().map(mean).collect()
 }
 
 /// How much a colour is like one of these shades, in any brightness: from 0 to 1.
@@ -354,9 +379,9 @@ impl Normaliser {
             rgb.iter().zip(light.ground).any(|(v, g)| (f64::from(*v) - g).abs() > OFF_GROUND)
         };
         let step = (pixels.len() / THING_SAMPLES).max(1);
-        let things: Vec<[u8; 3]> = pixels.iter().step_by(step).filter(is_thing).copied().collect();
+        let things = histogram(pixels.iter().step_by(step).filter(is_thing));
         let explained = |correction: &Correction| {
-            things.iter().map(|rgb| likeness(correction.of(*rgb))).sum::<f64>()
+            things.iter().map(|(n, rgb)| n * likeness(correction.of(*rgb))).sum::<f64>()
         };
         let corrections = light.corrections_to(example);
         let none = Correction::default();
