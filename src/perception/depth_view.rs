@@ -58,16 +58,13 @@ impl<'a> DepthView<'a> {
         depth.flatten().map(|d| f64::from(*d)).filter(|d| d.is_finite() && *d > 0.0)
     }
 
-    /// Whether what lies `beyond` (columns, rows) a pixel is nearer than it, or outside the image.
-    pub(super) fn is_covered(&self, (x, y): (u32, u32), beyond: (i64, i64)) -> bool {
+    /// Whether what lies `beyond` (columns, rows) a pixel is nearer than `here_m`, or outside the image.
+    pub(super) fn is_covered(&self, (x, y): (u32, u32), beyond: (i64, i64), here_m: f64) -> bool {
         let (x2, y2) = (i64::from(x) + beyond.0, i64::from(y) + beyond.1);
         let (Ok(x2), Ok(y2)) = (u32::try_from(x2), u32::try_from(y2)) else { return true };
         if x2 as usize >= self.width || y2 as usize >= self.depth_m.len() / self.width {
             return true;
         }
-        match (self.at(x, y), self.at(x2, y2)) {
-            (Some(here), Some(there)) => there < here - NEARER_M,
-            _ => false,
-        }
+        self.at(x2, y2).is_some_and(|there_m| there_m < here_m - NEARER_M)
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{Point2, Point3};
 
 use super::box_estimate::Heading;
+use super::edge_depth::{End, depths_at};
 use super::model::DepthRule;
 use super::silhouette::mask_of_box;
 use super::{BoxEstimate, DepthView, Detection, TruncatedSides};
@@ -10,6 +11,9 @@ use crate::geometry::{Aabb, CameraModel, MaskRun};
 
 /// A volume rests on at least this many pixels with depth.
 const PIXELS_MIN: usize = 12;
+
+/// About so many pixels make a median.
+const PIXELS_MEDIAN: usize = 256;
 
 /// How far beyond an edge of the mask its surroundings are looked at, in pixels.
 const BEYOND_PX: i64 = 3;
@@ -48,25 +52,23 @@ pub fn volume_of(
     } else {
         &detection.mask
     };
-    let pixels = mask.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
-    if pixels.filter(|&(x, y)| depth.at(x, y).is_some()).take(PIXELS_MIN).count() < PIXELS_MIN {
-        return None;
-    }
+    let reach_m = reach_of(mask, depth, camera)?;
     let (rows, columns) = (row_ends(mask), column_ends(mask));
     // Half a pixel outwards: to the edge of the last pixel, not to its middle.
-    let left = Edge::of(rows.iter().filter_map(|r| {
-        let hidden = depth.is_covered((r.x_start, r.y), (-BEYOND_PX, 0));
-        Some((pixel(r.x_start, r.y, -0.5, 0.0)?.x, hidden))
-    }));
-    let right = Edge::of(rows.iter().filter_map(|r| {
-        let hidden = depth.is_covered((r.x_end - 1, r.y), (BEYOND_PX, 0));
-        Some((pixel(r.x_end - 1, r.y, 0.5, 0.0)?.x, hidden))
-    }));
-    let bottom = Edge::of(columns.iter().filter_map(|c| {
-        let hidden = depth.is_covered((c.x, c.y_last), (0, BEYOND_PX));
-        Some((pixel(c.x, c.y_last, 0.0, 0.5)?.z, hidden))
-    }));
-    let top = columns.iter().filter_map(|c| pixel(c.x, c.y_first, 0.0, 0.0)).map(|p| p.z);
+    let edge = |ends: Vec<End>, axis: usize, [dx, dy]: [f64; 2]| -> Vec<(f64, bool)> {
+        let told = depths_at(&ends, depth, reach_m).into_iter();
+        let told = told.filter_map(|(end, depth_m)| {
+            let (x, y) = end.pixel;
+            let hidden = depth.is_covered((x, y), end.outwards(BEYOND_PX), depth_m);
+            Some((lift(f64::from(x) + dx, f64::from(y) + dy, depth_m)?[axis], hidden))
+        });
+        told.collect()
+    };
+    let left = Edge::of(edge(rows.iter().map(left_end).collect(), 0, [-0.5, 0.0]));
+    let right = Edge::of(edge(rows.iter().map(right_end).collect(), 0, [0.5, 0.0]));
+    let bottom = Edge::of(edge(columns.iter().map(ColumnEnds::bottom).collect(), 2, [0.0, 0.5]));
+    let top = edge(columns.iter().map(ColumnEnds::top).collect(), 2, [0.0, 0.0]);
+    let top = top.into_iter().map(|(z, _)| z);
     let cut = TruncatedSides { left: left.is_cut, right: right.is_cut, bottom: bottom.is_cut };
     let (left, right) = (quantile(left.ends, 0.1)?, quantile(right.ends, 0.9)?);
     let (bottom, top) = (quantile(bottom.ends, 0.5)?, quantile(top.collect(), 0.75)?);
@@ -85,6 +87,23 @@ pub fn volume_of(
     Some(BoxEstimate { volume, cut, heading })
 }
 
+/// How much depth may differ within an object: as much as it is wide or high, in metres. `None` with
+/// too few depth pixels.
+fn reach_of(mask: &[MaskRun], depth: &DepthView<'_>, camera: &CameraModel) -> Option<f64> {
+    let n_pixels: usize = mask.iter().map(|r| (r.x_end - r.x_start) as usize).sum();
+    let pixels = mask.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
+    let depths = |step: usize| pixels.clone().step_by(step).filter_map(|(x, y)| depth.at(x, y));
+    if depths(1).take(PIXELS_MIN).count() < PIXELS_MIN {
+        return None;
+    }
+    let middle_m = quantile(depths(n_pixels / PIXELS_MEDIAN + 1).collect(), 0.5)?;
+    let (first, last) = (mask.first()?, mask.last()?);
+    let left = mask.iter().map(|r| r.x_start).min()?;
+    let right = mask.iter().map(|r| r.x_end).max()?;
+    let longest = (right - left).max(last.y + 1 - first.y);
+    Some(f64::from(longest) * middle_m / camera.intrinsics.fx)
+}
+
 /// Where an edge is, told by the ends of rows or columns.
 struct Edge {
     ends: Vec<f64>,
@@ -93,13 +112,20 @@ struct Edge {
 
 impl Edge {
     /// From each end's coordinate and whether something nearer lies beyond it.
-    fn of(ends: impl Iterator<Item = (f64, bool)>) -> Self {
-        let ends: Vec<(f64, bool)> = ends.collect();
+    fn of(ends: Vec<(f64, bool)>) -> Self {
         let n_whole = ends.iter().filter(|(_, hidden)| !hidden).count();
         let is_cut = (n_whole as f64) < WHOLE_SHARE_MIN * ends.len() as f64;
         let used = ends.iter().filter(|(_, hidden)| is_cut || !hidden);
         Self { ends: used.map(|(end, _)| *end).collect(), is_cut }
     }
+}
+
+fn left_end(row: &MaskRun) -> End {
+    End { pixel: (row.x_start, row.y), inwards: (1, 0), length: row.x_end - row.x_start }
+}
+
+fn right_end(row: &MaskRun) -> End {
+    End { pixel: (row.x_end - 1, row.y), inwards: (-1, 0), length: row.x_end - row.x_start }
 }
 
 /// First and last column of each row.
@@ -124,6 +150,15 @@ struct ColumnEnds {
 }
 
 impl ColumnEnds {
+    fn top(&self) -> End {
+        let length = self.y_last + 1 - self.y_first;
+        End { pixel: (self.x, self.y_first), inwards: (0, 1), length }
+    }
+
+    fn bottom(&self) -> End {
+        End { pixel: (self.x, self.y_last), inwards: (0, -1), ..self.top() }
+    }
+
     /// Rows of the lowest quarter.
     fn lowest_quarter(&self) -> impl Iterator<Item = u32> {
         self.y_last - (self.y_last - self.y_first) / 4..=self.y_last

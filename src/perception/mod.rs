@@ -6,6 +6,7 @@ mod depth_view;
 mod box_estimate;
 mod observation;
 mod detection;
+mod edge_depth;
 mod lifting;
 mod silhouette;
 mod naming;
