@@ -64,9 +64,9 @@ pub fn volume_of(
         });
         told.collect()
     };
-    let left = Edge::of(edge(rows.iter().map(left_end).collect(), 0, [-0.5, 0.0]));
-    let right = Edge::of(edge(rows.iter().map(right_end).collect(), 0, [0.5, 0.0]));
-    let bottom = Edge::of(edge(columns.iter().map(ColumnEnds::bottom).collect(), 2, [0.0, 0.5]));
+    let left = Edge::of(&edge(rows.iter().map(left_end).collect(), 0, [-0.5, 0.0]));
+    let right = Edge::of(&edge(rows.iter().map(right_end).collect(), 0, [0.5, 0.0]));
+    let bottom = Edge::of(&edge(columns.iter().map(ColumnEnds::bottom).collect(), 2, [0.0, 0.5]));
     let top = edge(columns.iter().map(ColumnEnds::top).collect(), 2, [0.0, 0.0]);
     let top = top.into_iter().map(|(z, _)| z);
     let cut = TruncatedSides { left: left.is_cut, right: right.is_cut, bottom: bottom.is_cut };
@@ -112,7 +112,7 @@ struct Edge {
 
 impl Edge {
     /// From each end's coordinate and whether something nearer lies beyond it.
-    fn of(ends: Vec<(f64, bool)>) -> Self {
+    fn of(ends: &[(f64, bool)]) -> Self {
         let n_whole = ends.iter().filter(|(_, hidden)| !hidden).count();
         let is_cut = (n_whole as f64) < WHOLE_SHARE_MIN * ends.len() as f64;
         let used = ends.iter().filter(|(_, hidden)| is_cut || !hidden);
