@@ -5,6 +5,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::Serialize;
 
+use crate::scene::BodySpec;
 use crate::shape::{self, Shape};
 use crate::world::World;
 
@@ -79,6 +80,25 @@ impl World {
             }
         };
         Truth { bodies: supports.iter().enumerate().map(describe).collect() }
+    }
+
+    /// Names of bodies that differ in nothing but name and place, in groups of two and more. What is
+    /// fixed is told by its place.
+    pub fn look_alikes(&self) -> Vec<Vec<String>> {
+        let mut groups: Vec<Vec<&BodySpec>> = Vec::new();
+        for spec in self.bodies.iter().map(|body| &body.spec) {
+            if spec.shape.is_fixed() {
+                continue;
+            }
+            let is_alike =
+                |other: &BodySpec| (other.shape, other.colour) == (spec.shape, spec.colour);
+            match groups.iter_mut().find(|group| group.first().is_some_and(|s| is_alike(s))) {
+                Some(group) => group.push(spec),
+                None => groups.push(vec![spec]),
+            }
+        }
+        let several = groups.into_iter().filter(|group| group.len() > 1);
+        several.map(|group| group.iter().map(|spec| spec.name.clone()).collect()).collect()
     }
 
     /// What carries a body. The held body and pegs and boards are carried by nothing.

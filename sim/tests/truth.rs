@@ -3,7 +3,7 @@
 mod common;
 
 use common::{hanoi, pick, pick_body, place, run, stack_of, world};
-use groundloop_sim::{Arrangement, FaultAction, FixedStack, FixedTower};
+use groundloop_sim::{Arrangement, FaultAction, FixedStack, FixedTower, Shape};
 use nalgebra::Point3;
 
 #[test]
@@ -88,4 +88,15 @@ fn a_displaced_lower_block_lets_the_upper_one_fall_straight_down() {
     assert!(!world.truth().body("block_1").unwrap().on_table);
     run(&mut world, 1.0);
     assert!(world.truth().body("block_1").unwrap().on_table);
+}
+
+#[test]
+fn bodies_that_differ_in_name_and_place_alone_look_alike() {
+    let mut spec = stack_of(4);
+    let colour = spec.bodies[0].colour;
+    spec.bodies[2].colour = colour;
+    assert_eq!(world(&spec, 0).look_alikes(), [["block_0", "block_2"]]);
+    spec.bodies[2].shape = Shape::Block { size_m: 0.04 };
+    assert!(world(&spec, 0).look_alikes().is_empty());
+    assert!(world(&hanoi(), 0).look_alikes().is_empty(), "pegs are told by their places");
 }

@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::HardwareInputs;
 use crate::messages::Frame;
 use crate::parts::Role;
-use crate::pddl::Atom;
+use crate::pddl::{Atom, Name};
 
 /// The next frame, lent until the one after it; `None` when there will be no more.
 pub type NextFrame<'a> =
@@ -35,7 +35,17 @@ pub struct CameraPort {
     pub image_size: Option<[u32; 2]>,
     /// What really holds, where the camera sees a simulated world: for scoring once an episode has
     /// ended.
-    pub truth: Option<Arc<dyn Fn() -> BTreeSet<Atom> + Send + Sync>>,
+    pub truth: Option<Arc<dyn Fn() -> GroundTruth + Send + Sync>>,
+}
+
+/// What really is in a simulated world.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct GroundTruth {
+    /// The facts that hold.
+    pub facts: BTreeSet<Atom>,
+    /// Groups of objects that differ in nothing but name and place: no camera can tell which of
+    /// them bears which name.
+    pub look_alikes: Vec<Vec<Name>>,
 }
 
 impl Role for CameraPort {

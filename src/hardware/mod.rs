@@ -13,7 +13,7 @@ pub mod sim;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
+pub use camera::{Camera, CameraError, CameraPort, GroundTruth, NextFrame, OpenCamera};
 pub use fault::FaultConfig;
 pub use robot::{OpenRobot, Robot, RobotPort};
 pub use sequencer::{Arm, Sequencer, Target};

@@ -3,16 +3,15 @@
 use std::sync::Arc;
 
 use super::observer::{Observed, Observer};
+use super::scoring::{Words, really_holds};
 use super::wiring::{PreparedRun, Shared};
-use super::{DomainFolder, RunError, new_run_id};
+use super::{RunError, new_run_id};
 use crate::actors::{
     ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
-use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::messages::{ActorHealth, GoalMessage, RunDescriptor};
+use crate::messages::{ActorHealth, RunDescriptor};
 use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
-use crate::perception::complete;
 use crate::scene::Scene;
 use crate::transport::convert::{WireContext, run_to_wire};
 use crate::transport::topics::RUN;
@@ -87,7 +86,9 @@ pub async fn run_episode(
     report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
     report.goal_in_simulator = match (hardware.camera.truth, goal, &result.scene) {
         (Some(truth), Some(goal), Some(scene)) => {
-            Some(holds(folder, &goal, scene, &Facts::new(truth())))
+            let (types, rules) = (&folder.domain.types, &folder.rules);
+            let objects = &scene.typed_objects();
+            really_holds(Words { types, rules, objects }, &goal.goal, &truth())
         }
         _ => None,
     };
@@ -156,13 +157,4 @@ fn report(
         goal_in_simulator: None,
         facts: confirmed.known.iter().map(ToString::to_string).collect(),
     }
-}
-
-/// Whether the goal really holds: the true facts, completed by the domain's rules.
-fn holds(folder: &DomainFolder, goal: &GoalMessage, scene: &Scene, facts: &Facts) -> bool {
-    let objects = scene.typed_objects();
-    let types = &folder.domain.types;
-    let facts = complete(&folder.rules, types, &objects, facts);
-    let universe = Universe { types, objects: &objects };
-    evaluate(&goal.goal, &Bindings::new(), &universe, &|atom| facts.truth(atom)).is_true()
 }

@@ -12,6 +12,7 @@ mod planner;
 mod hardware;
 mod wiring;
 mod observer;
+mod scoring;
 mod episode;
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,7 @@ use super::camera::model_of;
 use super::robot::{SimConfig, SimHardware, read_scene};
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
+use crate::hardware::GroundTruth;
 use crate::parts::PartError;
 use crate::pddl::{Atom, Condition, Domain, Name, Problem, Typed, print_problem};
 use crate::perception::model::{ObjectBox, Perception};
@@ -136,12 +137,14 @@ impl Oracle {
         Ok(Some(Self { labels, domain: domain.clone(), hardware }))
     }
 
-    /// What really holds now. For scoring after an episode; nothing in the loop may ask.
-    pub fn facts(&self) -> BTreeSet<Atom> {
-        let truth = self.hardware.oracle();
+    /// What really is now. For scoring after an episode; nothing in the loop may ask.
+    pub fn truth(&self) -> GroundTruth {
+        let (truth, look_alikes) = self.hardware.oracle();
         let bodies: Vec<&BodyTruth> = truth.bodies.iter().collect();
         let labels = self.labels.label.iter();
-        labels.flat_map(|label| label.facts(&bodies, &self.domain)).collect()
+        let facts = labels.flat_map(|label| label.facts(&bodies, &self.domain)).collect();
+        let named = |group: Vec<String>| group.iter().map(Name::new).collect();
+        GroundTruth { facts, look_alikes: look_alikes.into_iter().map(named).collect() }
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<Camera
     Ok(Box::new(CameraPort {
         open: Some(Arc::new(move || Ok(Box::new(SimCamera::new((*world).clone()))))),
         image_size: Some(image_size),
-        truth: oracle.map(|oracle| Arc::new(move || oracle.facts()) as _),
+        truth: oracle.map(|oracle| Arc::new(move || oracle.truth()) as _),
     }))
 }
 

@@ -166,9 +166,11 @@ impl SimHardware {
         self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(sequence)
     }
 
-    /// What really is, for scoring after the episode; nothing in the loop may ask.
-    pub fn oracle(&self) -> groundloop_sim::Truth {
-        self.lock().world.truth()
+    /// What really is, and which bodies look alike, for scoring after the episode; nothing in the
+    /// loop may ask.
+    pub fn oracle(&self) -> (groundloop_sim::Truth, Vec<Vec<String>>) {
+        let hardware = self.lock();
+        (hardware.world.truth(), hardware.world.look_alikes())
     }
 
     /// The robot of this world.

@@ -1,0 +1,149 @@
+//! Whether a goal really holds, for scoring an episode that has ended.
+//!
+//! Objects that look alike bear the names that the tracker has given them, and nobody can tell which
+//! of the simulator's bodies those are. So the goal holds when it does under one of the ways to name
+//! them.
+
+use crate::hardware::GroundTruth;
+use crate::logic::{Bindings, Facts, Universe, evaluate};
+use crate::pddl::{Atom, Axiom, Condition, Name, Typed, Types};
+use crate::perception::complete;
+
+/// Most ways to name look-alikes that are tried: eight of one kind have 40 320.
+const NAMINGS_MAX: u32 = 50_000;
+
+/// What a goal is judged by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Words<'a> {
+    /// The domain's types.
+    pub(super) types: &'a Types,
+    /// Its completion rules.
+    pub(super) rules: &'a [Axiom],
+    /// The objects that the goal speaks of.
+    pub(super) objects: &'a [Typed],
+}
+
+/// Whether the goal really holds: the true facts, completed by the domain's rules, under one of the
+/// ways to name what looks alike. `None` when it holds under none of the first [`NAMINGS_MAX`].
+pub(super) fn really_holds(
+    words: Words<'_>,
+    goal: &Condition,
+    truth: &GroundTruth,
+) -> Option<bool> {
+    let Words { types, rules, objects } = words;
+    let holds = |named: &dyn Fn(&Name) -> Name| {
+        let renamed = |atom: &Atom| Atom {
+            predicate: atom.predicate.clone(),
+            args: atom.args.iter().map(named).collect(),
+        };
+        let facts = Facts::new(truth.facts.iter().map(renamed).collect());
+        let facts = complete(rules, types, objects, &facts);
+        let universe = Universe { types, objects };
+        evaluate(goal, &Bindings::new(), &universe, &|atom| facts.truth(atom)).is_true()
+    };
+    let bodies = &truth.look_alikes;
+    Namings { bodies, names: bodies.clone(), n_left: NAMINGS_MAX }.any((0, 0), &holds)
+}
+
+/// The ways to name groups of look-alikes: each group's names, in every order.
+struct Namings<'a> {
+    bodies: &'a [Vec<Name>],
+    /// The names that the bodies of each group bear now.
+    names: Vec<Vec<Name>>,
+    n_left: u32,
+}
+
+impl Namings<'_> {
+    /// Whether one of them will do, with the names before a place in a group as they are: their own
+    /// ones come first. `None` when too many have been tried.
+    fn any(
+        &mut self,
+        (group, place): (usize, usize),
+        will_do: &dyn Fn(&dyn Fn(&Name) -> Name) -> bool,
+    ) -> Option<bool> {
+        let Some(names) = self.names.get(group) else {
+            self.n_left = self.n_left.checked_sub(1)?;
+            return Some(will_do(&|body| self.name(body)));
+        };
+        if place == names.len() {
+            return self.any((group + 1, 0), will_do);
+        }
+        for other in place..names.len() {
+            self.names[group].swap(place, other);
+            let found = self.any((group, place + 1), will_do)?;
+            self.names[group].swap(place, other);
+            if found {
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// The name that a body bears now; its own where nothing looks like it.
+    fn name(&self, body: &Name) -> Name {
+        let mut pairs = self.bodies.iter().flatten().zip(self.names.iter().flatten());
+        pairs.find(|(known, _)| *known == body).map_or(body, |(_, name)| name).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::run::DomainFolder;
+
+    /// Whether a goal of blocksworld holds, with `on` as given from the top down.
+    fn holds(goal: &[[&str; 2]], on: &[[&str; 2]], look_alikes: &[&[&str]]) -> Option<bool> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let folder = DomainFolder::read(&root.join("domains/blocksworld")).unwrap();
+        let atoms = |pairs: &[[&str; 2]]| pairs.iter().map(|pair| Atom::new("on", pair)).collect();
+        let atoms: [Vec<Atom>; 2] = [atoms(goal), atoms(on)];
+        let [goal, facts] = atoms;
+        let names = ["red_block", "red_block2", "blue_block", "green_block"];
+        let objects = names.map(|name| Typed::new(name, "block"));
+        let named = |group: &&[&str]| group.iter().map(Name::new).collect();
+        let truth = GroundTruth {
+            facts: facts.into_iter().collect(),
+            look_alikes: look_alikes.iter().map(named).collect(),
+        };
+        let literal = |atom: Atom| {
+            let args = atom.args.into_iter().map(crate::pddl::Term::Object).collect();
+            Condition::Atom(crate::pddl::Literal { predicate: atom.predicate, args })
+        };
+        let goal = Condition::And(goal.into_iter().map(literal).collect());
+        let (types, rules) = (&folder.domain.types, &folder.rules);
+        really_holds(Words { types, rules, objects: &objects }, &goal, &truth)
+    }
+
+    #[test]
+    fn look_alikes_may_bear_each_others_names() {
+        let alike: &[&str] = &["red_block", "red_block2"];
+        let goal = [["red_block", "blue_block"]];
+        let swapped = [["red_block2", "blue_block"]];
+        assert_eq!(holds(&goal, &swapped, &[alike]), Some(true));
+        assert_eq!(holds(&goal, &swapped, &[]), Some(false), "they can be told apart");
+        assert_eq!(holds(&goal, &[["green_block", "blue_block"]], &[alike]), Some(false));
+    }
+
+    /// One way of naming must do for the whole goal.
+    #[test]
+    fn a_goal_about_both_holds_under_one_naming_or_not_at_all() {
+        let alike: &[&str] = &["red_block", "red_block2"];
+        let goal = [["red_block", "blue_block"], ["red_block2", "green_block"]];
+        let swapped = [["red_block", "green_block"], ["red_block2", "blue_block"]];
+        assert_eq!(holds(&goal, &swapped, &[alike]), Some(true));
+        let tower = [["red_block", "red_block2"], ["red_block2", "blue_block"]];
+        assert_eq!(holds(&goal, &tower, &[alike]), Some(false));
+        assert_eq!(holds(&[["red_block2", "red_block"]], &tower, &[alike]), Some(true));
+    }
+
+    #[test]
+    fn more_look_alikes_than_can_be_tried_are_not_judged() {
+        let many: Vec<String> = (0..9).map(|i| format!("block{i}")).collect();
+        let many: Vec<&str> = many.iter().map(String::as_str).collect();
+        let goal = [["red_block", "blue_block"]];
+        assert_eq!(holds(&goal, &[], &[&many]), None);
+        assert_eq!(holds(&goal, &goal, &[&many]), Some(true), "the first naming will do");
+    }
+}
