@@ -92,13 +92,3 @@ impl PixelBox {
         if dx == 0.0 || dy == 0.0 { dx + dy } else { dx.hypot(dy) }
     }
 }
-/// Pixels `x_start..x_end` of row `y`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MaskRun {
-    /// The row.
-    pub y: u32,
-    /// First column.
-    pub x_start: u32,
-    /// One past the last column.
-    pub x_end: u32,
-}

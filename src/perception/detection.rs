@@ -1,10 +1,8 @@
 //! One detected object, from the pixels to the name that the goal gives it.
 
-use std::sync::Arc;
-
 use super::model::ObjectBox;
 use super::{BoxEstimate, Unexplained};
-use crate::geometry::{MaskRun, PixelBox};
+use crate::geometry::{Mask, MaskRun, PixelBox};
 use crate::pddl::Name;
 
 /// Everything that a detector says of one image.
@@ -101,8 +99,8 @@ impl Detection {
     }
 
     /// The mask as grounding takes it; `None` without one.
-    pub fn pixels(&self) -> Option<Arc<[MaskRun]>> {
-        Some(self.mask.as_slice().into()).filter(|_| !self.mask.is_empty())
+    pub fn pixels(&self) -> Option<Mask> {
+        (!self.mask.is_empty()).then(|| Mask::from(self.mask.clone()))
     }
 
     /// The number of pixels in the mask.

@@ -31,7 +31,7 @@ pub(super) fn really_holds(
     truth: &GroundTruth,
 ) -> Option<bool> {
     let Words { types, rules, objects } = words;
-    let holds = |named: &dyn Fn(&Name) -> Name| {
+    let holds = |named: &Naming<'_>| {
         let renamed = |atom: &Atom| Atom {
             predicate: atom.predicate.clone(),
             args: atom.args.iter().map(named).collect(),
@@ -44,6 +44,9 @@ pub(super) fn really_holds(
     let bodies = &truth.look_alikes;
     Namings { bodies, names: bodies.clone(), n_left: NAMINGS_MAX }.any((0, 0), &holds)
 }
+
+/// The name that a body bears.
+type Naming<'a> = dyn Fn(&Name) -> Name + 'a;
 
 /// The ways to name groups of look-alikes: each group's names, in every order.
 struct Namings<'a> {
@@ -59,7 +62,7 @@ impl Namings<'_> {
     fn any(
         &mut self,
         (group, place): (usize, usize),
-        will_do: &dyn Fn(&dyn Fn(&Name) -> Name) -> bool,
+        will_do: &dyn Fn(&Naming<'_>) -> bool,
     ) -> Option<bool> {
         let Some(names) = self.names.get(group) else {
             self.n_left = self.n_left.checked_sub(1)?;

@@ -1,8 +1,7 @@
 //! Spatial features of object tuples, computed on image boxes, on masks or on volumes in the world.
 
 use super::ObjectBox;
-use super::masks::{area, centroid, gap};
-use crate::geometry::{Aabb, MaskRun, PixelBox};
+use crate::geometry::{Aabb, Mask, PixelBox};
 
 /// Most numbers that a feature has.
 pub const FEATURE_LENGTH_MAX: usize = 8;
@@ -85,8 +84,8 @@ pub(in crate::perception) fn default_feature(arity: usize) -> Option<&'static Fe
 fn mask_relation(objects: &[&ObjectBox]) -> Option<FeatureVector> {
     let [s, o] = masks(objects)?;
     let [left, top, right, bottom, ..] = relation5(objects)?;
-    let ([sx, sy], [ox, oy]) = (centroid(s), centroid(o));
-    Some([left, top, right, bottom, 4.0 * gap(s, o), ox - sx, oy - sy, 0.0])
+    let ([sx, sy], [ox, oy]) = (s.centroid(), o.centroid());
+    Some([left, top, right, bottom, 4.0 * s.gap(o), ox - sx, oy - sy, 0.0])
 }
 
 /// Width and height of the object minus those of the subject, and the difference of the sides of
@@ -94,7 +93,7 @@ fn mask_relation(objects: &[&ObjectBox]) -> Option<FeatureVector> {
 fn mask_size(objects: &[&ObjectBox]) -> Option<FeatureVector> {
     let [s, o] = masks(objects)?;
     let [width, height, ..] = size(objects)?;
-    Some([width, height, area(o).sqrt() - area(s).sqrt(), 0.0, 0.0, 0.0, 0.0, 0.0])
+    Some([width, height, o.area().sqrt() - s.area().sqrt(), 0.0, 0.0, 0.0, 0.0, 0.0])
 }
 
 /// Edge differences object minus subject, and four times the gap between the boxes, in pixels.
@@ -150,9 +149,9 @@ fn boxes<'a, const N: usize>(objects: &[&'a ObjectBox]) -> Option<[&'a PixelBox;
     Some(objects.map(|object| &object.pixel_box))
 }
 
-fn masks<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a [MaskRun]; 2]> {
+fn masks<'a>(objects: &[&'a ObjectBox]) -> Option<[&'a Mask; 2]> {
     let [s, o] = objects else { return None };
-    let masks = [s.mask.as_deref()?, o.mask.as_deref()?];
+    let masks = [s.mask.as_ref()?, o.mask.as_ref()?];
     masks.iter().all(|mask| !mask.is_empty()).then_some(masks)
 }
 
@@ -166,6 +165,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
+    use crate::geometry::MaskRun;
 
     fn object(edges: [f64; 4], centre: [f64; 3], extent: [f64; 3]) -> ObjectBox {
         let [x1, y1, x2, y2] = edges.map(|edge| edge as u32);
@@ -233,7 +233,7 @@ mod tests {
             let said = (feature.compute)(&[&s, &o][..feature.arity]);
             assert_eq!(said.is_some(), feature.needs == Needs::Boxes, "{}", feature.name);
         }
-        let empty = ObjectBox { mask: Some([].into()), ..s };
+        let empty = ObjectBox { mask: Some(Vec::new().into()), ..s };
         assert_eq!(mask_relation(&[&empty, &empty]), None);
     }
 

@@ -1,8 +1,6 @@
 //! What grounding needs to know of an object: who it is, of what type, where in the image.
 
-use std::sync::Arc;
-
-use crate::geometry::{Aabb, MaskRun, PixelBox};
+use crate::geometry::{Aabb, Mask, PixelBox};
 use crate::pddl::Name;
 
 /// A named, typed box in the image.
@@ -17,7 +15,7 @@ pub struct ObjectBox {
     /// Its volume in the world frame, where depth and camera pose are known.
     pub volume: Option<Aabb>,
     /// Its pixels, top to bottom and left to right, where the detector tells them.
-    pub mask: Option<Arc<[MaskRun]>>,
+    pub mask: Option<Mask>,
 }
 
 impl ObjectBox {
