@@ -38,6 +38,7 @@ const PURE: &[&str] = &[
     "logic",
     "messages",
     "pddl",
+    "perception/fusion",
     "perception/grounders",
     "perception/model",
     "perception/tracking",

@@ -70,6 +70,11 @@ pub struct Detection {
     /// The name that a phrase of the goal gives it; `None` before phrases are merged, or when none
     /// speaks of it.
     pub phrase: Option<Name>,
+    /// Whether another camera than the one whose image the box is in sees it, where the robot hides
+    /// nothing of it.
+    pub is_whole_elsewhere: bool,
+    /// What cameras do not agree on; the object's name completes it.
+    pub contradiction: Option<String>,
 }
 
 impl Detection {
@@ -84,6 +89,8 @@ impl Detection {
             mask: Vec::new(),
             measured: None,
             phrase: None,
+            is_whole_elsewhere: false,
+            contradiction: None,
         }
     }
 

@@ -18,6 +18,7 @@ mod completion;
 mod pipeline;
 mod doubt;
 mod still;
+pub mod fusion;
 pub mod tracking;
 
 pub use box_estimate::{BoxEstimate, TruncatedSides};

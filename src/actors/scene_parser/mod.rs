@@ -314,6 +314,7 @@ fn scene_of(
     let context = FrameContext {
         cause: FrameRef { cycle: 0, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
         view: seen.view,
+        others: &[],
         robot: heard.robot.as_ref(),
         dispatches: &heard.dispatches,
         statuses: &heard.statuses,

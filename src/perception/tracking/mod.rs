@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 use super::grounders::Grounder;
 use super::model::Perception;
-use super::{FrameView, Pipeline};
+use super::{Detections, FrameView, Pipeline};
 use crate::messages::{Dispatch, RobotState, Status};
 use crate::pddl::{Axiom, Domain};
 use crate::scene::FrameRef;
@@ -74,8 +74,10 @@ impl ParserConfig {
 pub struct FrameContext<'a> {
     /// Which frame it is, and when it was captured.
     pub cause: FrameRef,
-    /// What the camera shows in it.
+    /// What the camera shows in it; of several cameras the one whose image all boxes are in.
     pub view: FrameView<'a>,
+    /// What other cameras show of the same moment.
+    pub others: &'a [OtherView<'a>],
     /// The newest robot state, where there is a robot.
     pub robot: Option<&'a RobotState>,
     /// Steps that the robot was told to carry out since the last frame.
@@ -83,3 +85,17 @@ pub struct FrameContext<'a> {
     /// What the robot has said since the last frame.
     pub statuses: &'a [Status],
 }
+
+/// What another camera shows of the moment of a frame.
+#[derive(Debug, Clone)]
+pub struct OtherView<'a> {
+    /// The camera's name.
+    pub camera: &'a str,
+    /// Its image, with depth and pose.
+    pub view: FrameView<'a>,
+    /// What was found in it.
+    pub detections: Detections,
+}
+
+/// The name of the camera that every run has.
+pub const MAIN: &str = "main";

@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::belief::{Belief, Latched, Reading};
 use super::occlusion::{is_covered, self_filter_in_image};
 use super::tracker::{Renamed, Tracker};
-use super::{FrameContext, ParserConfig, gripper};
+use super::{FrameContext, MAIN, ParserConfig, gripper};
 use crate::geometry::PixelBox;
-use crate::logic::Facts;
+use crate::logic::{Facts, Truth};
 use crate::messages::{Effects, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
+use crate::perception::fusion::{CameraView, fuse};
 use crate::perception::grounders::{GrounderError, Grounding};
 use crate::perception::model::ObjectBox;
 use crate::perception::{
-    Detection, Detections, GripperContent, Observation, Unexplained, doubt_completed,
+    Detection, Detections, FrameView, GripperContent, Observation, Unexplained, doubt_completed,
 };
 use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 
@@ -77,23 +78,17 @@ impl SceneParser {
             let reach_m = config.belief.grasp_reach_m;
             self.gripper = gripper::follow(&self.gripper, robot, &self.tracker.tracks, reach_m);
         }
-        // What the robot carries stands on nothing, and where things stand in the world is seen better
-        // than where they stand in the image.
-        let is_busy = self.running.is_some() || self.gripper != GripperContent::Empty;
-        if is_busy || context.view.camera.is_some() {
-            detections.take_back_outside();
-        }
-        let occluders = self.occluders(config, context, &detections.objects);
         let mut unexplained = std::mem::take(&mut detections.unexplained);
+        let main = self.camera_view(config, context, (MAIN, context.view), detections);
+        let others = context.others.iter().map(|other| {
+            let seen = (other.camera, other.view);
+            self.camera_view(config, context, seen, other.detections.clone())
+        });
+        let (occluders, others) = (main.occluders.clone(), others.collect());
         unexplained.retain(|thing| !is_covered(&thing.place, &occluders));
-        // Names come from the tracks: until then, objects are called by their types.
-        let types: Vec<Name> = detections.objects.iter().map(|d| d.type_name.clone()).collect();
-        let merged = config.pipeline().place(&context.view, &mut detections, &types);
-        for reason in &merged.unplaced {
-            tracing::debug!(reason, "a phrase of the goal names nothing");
-        }
+        let detections = fuse(main, others);
         let settings = (&config.perception, &config.belief);
-        self.tracker.update(detections.objects, &occluders, context.cause.capture_ns, settings);
+        self.tracker.update(detections, &occluders, context.cause.capture_ns, settings);
         self.rename(config.belief.confirm_frames);
 
         let (readings, anomalies) = self.judge(config, context, &unexplained)?;
@@ -155,16 +150,40 @@ impl SceneParser {
         (ending.kind == StatusKind::Done).then_some(running.effects)
     }
 
-    /// Where the robot, or what it holds, may hide something.
+    /// What one camera sees, with places in the world and the names that the goal's phrases give.
+    fn camera_view<'a>(
+        &self,
+        config: &ParserConfig,
+        context: &FrameContext<'_>,
+        (camera, frame): (&'a str, FrameView<'a>),
+        mut detections: Detections,
+    ) -> CameraView<'a> {
+        // What the robot carries stands on nothing, and where things stand in the world is seen better
+        // than where they stand in the image.
+        let is_busy = self.running.is_some() || self.gripper != GripperContent::Empty;
+        if is_busy || frame.camera.is_some() {
+            detections.take_back_outside();
+        }
+        let occluders = self.occluders(config, context, (&frame, &detections.objects));
+        // Names come from the tracks: until then, objects are called by their types.
+        let types: Vec<Name> = detections.objects.iter().map(|d| d.type_name.clone()).collect();
+        let merged = config.pipeline().place(&frame, &mut detections, &types);
+        for reason in &merged.unplaced {
+            tracing::debug!(camera, reason, "a phrase of the goal names nothing");
+        }
+        CameraView { camera, frame, detections: detections.objects, occluders }
+    }
+
+    /// Where the robot, or what it holds, may hide something in a camera's image.
     fn occluders(
         &self,
         config: &ParserConfig,
         context: &FrameContext<'_>,
-        detections: &[Detection],
+        (frame, detections): (&FrameView<'_>, &[Detection]),
     ) -> Vec<PixelBox> {
         let mut occluders = Vec::new();
         if let (Some(filter), Some(robot), Some(model)) =
-            (&config.self_filter, context.robot, context.view.camera)
+            (&config.self_filter, context.robot, frame.camera)
         {
             occluders.extend(self_filter_in_image(filter, robot, model));
         }
@@ -199,15 +218,31 @@ impl SceneParser {
         let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
         let observation = Observation { frame: context.view, objects: &boxes, unexplained };
         let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation)?;
+        let contradicted = self.contradicted(&visible);
+        let is_contradicted =
+            |atom: &Atom| contradicted.iter().any(|c| atom.args.contains(&c.objects[0]));
         let are_visible = |names: &[Name]| names.iter().all(|name| visible.contains(name));
         anomalies.retain(|anomaly| anomaly.place.is_some() || are_visible(&anomaly.objects));
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
         let readings = judged.map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
-            let reading = Reading { truth: judged.truth, basis: judged.basis, confidence };
-            (judged.atom, reading)
+            let truth =
+                if is_contradicted(&judged.atom) { Truth::Unknown } else { judged.truth };
+            (judged.atom, Reading { truth, basis: judged.basis, confidence })
         });
-        Ok((readings.collect(), anomalies))
+        let readings = readings.collect();
+        anomalies.extend(contradicted);
+        Ok((readings, anomalies))
+    }
+
+    /// Objects in sight that cameras do not agree on.
+    fn contradicted(&self, visible: &BTreeSet<&Name>) -> Vec<Anomaly> {
+        let seen = self.tracker.tracks.iter().filter(|t| visible.contains(&t.object.name));
+        let said = seen.filter_map(|track| {
+            let objects = vec![track.object.name.clone()];
+            Some(Anomaly::about(objects, track.contradiction.clone()?))
+        });
+        said.collect()
     }
 
     fn is_held(&self, name: &Name) -> bool {

@@ -28,6 +28,8 @@ pub(super) struct Track {
     pub(super) frames_since_seen: u32,
     /// What a phrase of the goal calls it, and for how many frames in a row.
     phrase_votes: Option<(Name, u32)>,
+    /// What cameras do not agree on, in the frame that it was seen in last.
+    pub(super) contradiction: Option<String>,
     /// Whether its name is a phrase of the goal: then it keeps it.
     is_phrase: bool,
 }
@@ -79,7 +81,8 @@ impl Tracker {
             }
         }
         let born = free.into_iter().flatten();
-        let born = born.filter(|d| !is_covered(&d.pixel_box, occluders));
+        let born =
+            born.filter(|d| d.is_whole_elsewhere || !is_covered(&d.pixel_box, occluders));
         self.propose(born.collect());
         self.promote(capture_ns, perception, config);
     }
@@ -160,6 +163,7 @@ impl Tracker {
                 seen_ns: capture_ns,
                 frames_since_seen: 0,
                 phrase_votes: None,
+                contradiction: detection.contradiction,
                 is_phrase,
             });
         }
@@ -194,7 +198,8 @@ impl Track {
     fn is_hidden_by(&self, detection: &Detection, occluders: &[PixelBox]) -> bool {
         let (seen, known) = (&detection.pixel_box, &self.object.pixel_box);
         let in_place = seen.intersection(known).area() > 0.0;
-        is_covered(seen, occluders) || (in_place && is_covered(known, occluders))
+        !detection.is_whole_elsewhere
+            && (is_covered(seen, occluders) || (in_place && is_covered(known, occluders)))
     }
 
     fn see(&mut self, detection: Detection, capture_ns: u64) {
@@ -212,6 +217,7 @@ impl Track {
         self.score = detection.score;
         self.seen_ns = capture_ns;
         self.frames_since_seen = 0;
+        self.contradiction = detection.contradiction;
         self.phrase_votes = detection.phrase.map(|phrase| match self.phrase_votes.take() {
             Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
             Some(_) | None => (phrase, 1),

@@ -168,6 +168,7 @@ impl Eyes {
                 depth: DepthView::new(WIDTH, HEIGHT, &depth_m).ok(),
                 camera: Some(&model),
             },
+            others: &[],
             robot: Some(&self.robot),
             dispatches: &dispatches,
             statuses: &statuses,
