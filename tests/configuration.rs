@@ -152,6 +152,12 @@ impl<'a> Keys<'a> {
             let inner = self.resolve(property);
             let items = self.resolve(&inner["items"]);
             self.table(if items.is_null() { inner } else { items }, &name);
+            // Tables by names of one's own stand in the defaults as that of NAME.
+            let named = self.resolve(&inner["additionalProperties"]);
+            if named["properties"].is_object() {
+                self.found.insert(format!("{name}.NAME"), Has::None);
+                self.table(named, &format!("{name}.NAME"));
+            }
         }
         // Each part has options of its own, whose defaults stand below [options.ROLE.PART].
         for rule in schema["allOf"].as_array().into_iter().flatten() {

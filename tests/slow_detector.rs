@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use common::{TestRun, project, runtime};
-use groundloop::actors::scene_parser::{MakeDetector, SceneParserArgs, serve};
+use groundloop::actors::scene_parser::{CameraArgs, MakeDetector, SceneParserArgs, serve};
 use groundloop::actors::{ActorError, Checkpoint, Fatal, Monitor};
 use groundloop::geometry::PixelBox;
 use groundloop::parts::{PartChoice, PartError};
@@ -105,17 +105,19 @@ impl Rig {
         let (gate, waiting) = channel();
         let (telling, started) = mpsc::channel(8);
         let waiting = Arc::new(Mutex::new(waiting));
-        let make: MakeDetector = Arc::new(move || {
+        let detector: MakeDetector = Arc::new(move || {
             Ok(Box::new(Gated { started: telling.clone(), gate: Arc::clone(&waiting) }))
         });
+        let image_size = [WIDTH as u32, HEIGHT as u32];
+        let main = CameraArgs { name: "main".to_owned(), detector, image_size };
         let args = SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&context),
             config: Arc::new(config),
-            detector: make,
+            cameras: vec![main],
+            skew: None,
             detector_name: "gated".to_owned(),
             beside: true,
-            image_size: [WIDTH as u32, HEIGHT as u32],
             wait,
             checkpoint: Checkpoint::default(),
             monitor: Monitor::default(),

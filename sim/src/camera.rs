@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A fixed pinhole camera without distortion.
+/// A pinhole camera without distortion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
@@ -21,6 +21,8 @@ pub struct CameraSpec {
     /// The point in the middle of the image: metres, world frame.
     #[schemars(with = "[f64; 3]")]
     pub look_at_m: Point3<f64>,
+    /// What the camera stands on.
+    pub mount: Mount,
     /// Colour samples along each side of a pixel: 1 for speed, 2 or 3 for smooth edges. Depth and
     /// ids are sampled at the pixel's centre in any case.
     pub samples: u32,
@@ -28,6 +30,17 @@ pub struct CameraSpec {
     pub noise: NoiseSpec,
     /// The key light.
     pub light: LightSpec,
+}
+
+/// What a camera stands on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mount {
+    /// A fixed stand.
+    Stand,
+    /// The carriage that takes the gripper along x and y: the camera goes with it, but not up and down
+    /// with the gripper. Its position is the one at x = 0, y = 0.
+    Carriage,
 }
 
 /// Noise of the sensor, normally distributed and independent from pixel to pixel.
@@ -116,6 +129,17 @@ impl CameraSpec {
         Ok(())
     }
 
+    /// The camera as it stands while the gripper is at a place: metres, world frame.
+    #[must_use]
+    pub fn with_gripper_at(&self, gripper: Point3<f64>) -> Self {
+        let shift = match self.mount {
+            Mount::Stand => Vector3::zeros(),
+            Mount::Carriage => Vector3::new(gripper.x, gripper.y, 0.0),
+        };
+        let (position_m, look_at_m) = (self.position_m + shift, self.look_at_m + shift);
+        Self { position_m, look_at_m, ..self.clone() }
+    }
+
     /// The camera's matrix.
     pub fn intrinsics(&self) -> Intrinsics {
         let f = 0.5 * f64::from(self.height) / (0.5 * self.fov_y_deg.to_radians()).tan();
@@ -167,6 +191,18 @@ mod tests {
         let frame = spec.world_from_camera();
         assert!((frame * Vector3::z() + Vector3::z()).norm() < 1e-9);
         assert!((frame * Vector3::y() + Vector3::y()).norm() < 1e-9);
+    }
+
+    #[test]
+    fn a_camera_on_the_carriage_goes_along_and_not_down() {
+        let stand = frontal(64, 48);
+        let gripper = Point3::new(0.2, -0.1, 0.03);
+        assert_eq!(stand.with_gripper_at(gripper), stand);
+        let carried = CameraSpec { mount: Mount::Carriage, ..stand.clone() };
+        let moved = carried.with_gripper_at(gripper);
+        assert_eq!(moved.position_m - stand.position_m, Vector3::new(0.2, -0.1, 0.0));
+        assert_eq!(moved.look_at_m - stand.look_at_m, Vector3::new(0.2, -0.1, 0.0));
+        assert_eq!(carried.with_gripper_at(Point3::new(0.0, 0.0, 0.5)), carried);
     }
 
     #[test]

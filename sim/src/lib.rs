@@ -81,7 +81,7 @@ mod view;
 mod backdrop;
 mod render;
 
-pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, NoiseSpec};
+pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, Mount, NoiseSpec};
 pub use config::{STEPS_PER_SECOND, WorldConfig};
 pub use drawables::GRIPPER_ID;
 pub use faults::{FaultAction, FaultError};

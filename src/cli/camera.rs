@@ -7,6 +7,8 @@ use clap::Subcommand;
 use super::{Failure, out};
 use crate::actors::{Monitor, camera};
 use crate::hardware::images::{ImageCamera, find_images};
+use crate::messages::MAIN_CAMERA;
+use crate::transport::topics::CameraTopics;
 use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]
@@ -27,6 +29,9 @@ enum Source {
         /// The name of the run that looks.
         #[arg(long, value_name = "NAME")]
         run: String,
+        /// The camera of the run that it is: "main", or the name of a `[cameras.NAME]`.
+        #[arg(long, value_name = "NAME", default_value = MAIN_CAMERA)]
+        camera: String,
         /// Frames that each photograph is shown for.
         #[arg(long, value_name = "N", default_value_t = 10)]
         repeat: u64,
@@ -38,7 +43,7 @@ enum Source {
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    let Source::Images { path, fps, run, repeat, frames } = &args.source;
+    let Source::Images { path, fps, run, camera: name, repeat, frames } = &args.source;
     if !(fps.is_finite() && *fps > 0.0 && *fps <= 1000.0) {
         return Err(Failure::bad_input(format!("--fps: expected 0 to 1000, got {fps}")));
     }
@@ -52,7 +57,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let camera = ImageCamera::open(path, *fps, *repeat, *frames).map_err(Failure::bad_input)?;
         let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
         out::note(&format!("publishing {n_images} images at {fps} Hz to run \"{run}\""));
-        let serve = camera::serve(bus, Box::new(camera), Monitor::default());
+        let topics = CameraTopics::of(name);
+        let serve = camera::serve((bus, topics), Box::new(camera), Monitor::default());
         tokio::select! {
             ended = serve => ended.map_err(Failure::internal)?,
             stopped = tokio::signal::ctrl_c() => stopped.map_err(Failure::internal)?,

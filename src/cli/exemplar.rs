@@ -18,6 +18,9 @@ pub(super) struct Args {
     /// Overrides a key of the run file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
+    /// Whose examples: "main", or the name of a `[cameras.NAME]`.
+    #[arg(long, value_name = "NAME", default_value = "main")]
+    camera: String,
     /// The folder to write to, below the domain's `exemplar/`.
     #[arg(long, value_name = "NAME")]
     folder: String,
@@ -47,7 +50,11 @@ fn render(args: &Args) -> Result<u8, Failure> {
     };
     std::fs::create_dir_all(target)
         .map_err(|e| Failure::bad_input(format!("{}: {e}", target.display())))?;
-    let scenes = label_scenes(folder.scenes(), config.sim()?, config.seed);
+    config.check_camera("--camera", &args.camera)?;
+    let sim = config.sim()?.seen_by(&args.camera);
+    let sim = sim
+        .ok_or_else(|| Failure::bad_input(format!("--camera: {} is not simulated", args.camera)))?;
+    let scenes = label_scenes(folder.scenes(), sim, config.seed);
     for scene in scenes.map_err(ConfigError::from)? {
         let stem = target.join(&scene.name);
         scene.image.save(stem.with_extension("png")).map_err(Failure::internal)?;

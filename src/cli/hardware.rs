@@ -25,7 +25,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let config = load_run(&args.config, &args.sets)?;
     let folder = config.domain_folder()?;
     let ports = HardwarePorts::build(&config, &folder)?;
-    if ports.camera.open.is_none() && ports.robot.open.is_none() {
+    let is_played = ports.others.iter().any(|(_, camera)| camera.open.is_some());
+    if ports.camera.open.is_none() && ports.robot.open.is_none() && !is_played {
         return Err(Failure::from(ConfigError::Value {
             key: "camera.kind".to_owned(),
             expected: "a camera or a robot that this process can play".to_owned(),

@@ -6,7 +6,7 @@ use crate::parts::{Part, no_options};
 /// The entry of the table of cameras.
 pub(super) const CAMERA: Part<CameraPort> = Part {
     name: EXTERNAL,
-    help: "another process publishes camera/main/rgb, and camera/main/depth where it has depth",
+    help: "another process publishes camera/ID/rgb, and camera/ID/depth where it has depth (ID: main, or its name)",
     options: no_options,
     build: |_| Ok(Box::new(CameraPort::default())),
 };

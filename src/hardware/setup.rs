@@ -17,6 +17,8 @@ pub const EXTERNAL: &str = "external";
 pub struct HardwareInputs<'a> {
     /// Which clock drives the loop.
     pub clock: ClockKind,
+    /// The camera that is made: "main", or the name of a `[cameras.NAME]`.
+    pub camera: &'a str,
     /// Frames per second.
     pub rate_hz: f64,
     /// Seed of everything random.

@@ -5,6 +5,9 @@ use nalgebra::Point3;
 use crate::geometry::CameraModel;
 use crate::pddl::Step;
 
+/// The name of the camera that every run has.
+pub const MAIN_CAMERA: &str = "main";
+
 /// One picture, as a camera gives it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {

@@ -1,17 +1,21 @@
-//! The camera and the robot of a run file, as actors of this process.
+//! The cameras and the robot of a run file, as actors of this process.
 
 use super::{ConfigError, DomainFolder, RunConfig, environment};
 use crate::actors::{ActorError, ActorSpec, Monitor, camera, robot};
 use crate::hardware::{CAMERAS, CameraPort, HardwareInputs, ROBOTS, RobotPort, SharedWorld};
+use crate::messages::MAIN_CAMERA;
 use crate::parts::{PartChoice, PartContext};
 use crate::transport::Bus;
+use crate::transport::topics::CameraTopics;
 
-/// The camera and the robot that a run file chooses.
+/// The cameras and the robot that a run file chooses.
 #[derive(Clone)]
 #[expect(missing_debug_implementations, reason = "holds closures")]
 pub struct HardwarePorts {
     /// Where frames come from.
     pub camera: CameraPort,
+    /// Where the frames of other cameras come from, each with its name.
+    pub others: Vec<(String, CameraPort)>,
     /// Where commands go.
     pub robot: RobotPort,
 }
@@ -25,6 +29,7 @@ impl HardwarePorts {
         let world = SharedWorld::default();
         let inputs = HardwareInputs {
             clock: config.clock,
+            camera: MAIN_CAMERA,
             rate_hz: config.camera.rate_hz,
             seed: config.seed,
             folder: &folder.files,
@@ -34,32 +39,39 @@ impl HardwarePorts {
             faults: &config.fault,
             world: &world,
         };
-        let options = config.camera.options.as_ref();
-        let choice = PartChoice::new("camera.kind", &config.camera.kind);
-        let choice = &choice.with_options(options, config.origin.path());
-        let camera = CAMERAS.build(&PartContext { choice, inputs, environment })?;
+        let camera = |name: &str| -> Result<CameraPort, ConfigError> {
+            let choice = &config.camera_choice(name);
+            let inputs = HardwareInputs { camera: name, ..inputs };
+            Ok(*CAMERAS.build(&PartContext { choice, inputs, environment })?)
+        };
+        let main = camera(MAIN_CAMERA)?;
+        let others = config.cameras.keys().map(|name| Ok((name.clone(), camera(name)?)));
+        let others = others.collect::<Result<_, ConfigError>>()?;
         let choice = PartChoice::new("robot.kind", &config.robot.kind);
         let choice = &choice.with_options(config.robot.options.as_ref(), config.origin.path());
         let robot = ROBOTS.build(&PartContext { choice, inputs, environment })?;
-        Ok(Self { camera: *camera, robot: *robot })
+        Ok(Self { camera: main, others, robot: *robot })
     }
 
     /// The actors that play them in this process: none for what another process plays.
     pub fn actors(&self, bus: &Bus, monitor: &Monitor) -> Vec<ActorSpec> {
-        let camera = self.camera.open.clone().map(|open| {
+        let others = self.others.iter().map(|(name, port)| (name.as_str(), port));
+        let cameras = std::iter::once((MAIN_CAMERA, &self.camera)).chain(others);
+        let cameras = cameras.filter_map(|(name, port)| {
+            let (open, topics) = (port.open.clone()?, CameraTopics::of(name));
             let (bus, monitor) = (bus.clone(), monitor.clone());
-            ActorSpec::new("camera", move || {
+            Some(ActorSpec::new(topics.camera, move || {
                 let (camera, bus, monitor) = (open(), bus.clone(), monitor.clone());
                 async move {
-                    let fault = |reason: String| ActorError::Part { reason };
-                    camera::serve(bus, camera.map_err(|e| fault(e.to_string()))?, monitor).await
+                    let camera = camera.map_err(|e| ActorError::Part { reason: e.to_string() })?;
+                    camera::serve((bus, topics), camera, monitor).await
                 }
-            })
+            }))
         });
         let robot = self.robot.open.clone().map(|open| {
             let (bus, monitor) = (bus.clone(), monitor.clone());
             ActorSpec::new("robot", move || robot::serve(bus.clone(), open(), monitor.clone()))
         });
-        camera.into_iter().chain(robot).collect()
+        cameras.chain(robot).collect()
     }
 }

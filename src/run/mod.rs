@@ -3,7 +3,9 @@
 mod error;
 mod find;
 mod load;
+mod cameras;
 mod run_file;
+mod camera_choice;
 mod schema;
 mod domain_folder;
 mod exemplars;
@@ -17,6 +19,7 @@ mod episode;
 #[cfg(test)]
 mod tests;
 
+pub use cameras::{CameraConfig, ExemplarConfig, OtherCameraConfig};
 pub use domain_folder::DomainFolder;
 pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
@@ -26,10 +29,7 @@ pub(crate) use find::given_domain;
 pub use hardware::HardwarePorts;
 pub use load::{Layered, load_run, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
-pub use run_file::{
-    CameraConfig, DetectorMode, ExemplarConfig, GoalConfig, PerceptionConfig, RobotConfig,
-    RunConfig,
-};
+pub use run_file::{DetectorMode, GoalConfig, PerceptionConfig, RobotConfig, RunConfig};
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};
 pub use still_image::{StillImageParts, StillImageReader};

@@ -1,11 +1,12 @@
 //! A run file, as written. `configs/*.toml` describe every key.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ConfigError, DomainFolder};
+use super::{CameraConfig, ConfigError, DomainFolder, ExemplarConfig, OtherCameraConfig};
 use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
 use crate::executive::Limits;
@@ -51,6 +52,9 @@ pub struct RunConfig {
     pub goal: GoalConfig,
     /// Where frames come from.
     pub camera: CameraConfig,
+    /// Other cameras, by their names.
+    #[serde(default)]
+    pub cameras: BTreeMap<String, OtherCameraConfig>,
     /// How objects and facts are found.
     pub perception: PerceptionConfig,
     /// What acts.
@@ -90,22 +94,6 @@ pub struct GoalConfig {
     pub options: Option<toml::Table>,
 }
 
-/// `[camera]`: where frames come from, and how often.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CameraConfig {
-    /// Who captures the frames.
-    pub kind: String,
-    /// The options of the camera.
-    #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
-    pub options: Option<toml::Table>,
-    /// Frames per second.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub rate_hz: f64,
-    /// How long a frame may be missing before the run ends with exit code 5, seconds of wall time.
-    pub wait_s: f64,
-}
-
 /// `[perception]`: detector, grounder, labelled examples, tracking.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -137,30 +125,6 @@ pub enum DetectorMode {
     Async,
     /// It works in the loop.
     Sync,
-}
-
-/// The labelled examples of one camera set-up.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ExemplarConfig {
-    /// A folder below the domain's `exemplar/`; all examples in it are pooled.
-    pub folder: Option<String>,
-    /// One image instead. `$data` stands for `--data`, `{n}` for `number`.
-    pub image: Option<String>,
-    /// The boxes of that image: JSON, `{"name": [x1, y1, x2, y2]}` in pixels.
-    pub boxes: Option<String>,
-    /// The state in that image: a PDDL problem.
-    pub state: Option<String>,
-    /// What `{n}` stands for.
-    pub number: Option<u32>,
-}
-
-impl ExemplarConfig {
-    /// All labelled examples of a folder below the domain's `exemplar/`.
-    pub fn in_folder(name: &str) -> Self {
-        let folder = Some(name.to_owned());
-        Self { folder, image: None, boxes: None, state: None, number: None }
-    }
 }
 
 /// `[robot]`: where commands go, and how the arm moves.
@@ -217,7 +181,8 @@ impl RunConfig {
         }
         found.extend(self.planner.check().err());
         found.extend(self.robot.mismatches());
-        found.extend(self.perception.exemplar.mismatch());
+        found.extend(self.perception.exemplar.mismatch("perception.exemplar"));
+        found.extend(self.camera_mismatches());
         if ![camera, robot].iter().any(|kind| *kind == "sim") {
             let tables = [("sim", self.sim.is_some()), ("fault", !self.fault.is_empty())];
             for (table, _) in tables.into_iter().filter(|(_, is_there)| *is_there) {
@@ -356,22 +321,5 @@ impl RobotConfig {
             }
         }
         found
-    }
-}
-
-impl ExemplarConfig {
-    /// Either a folder, or image, boxes and state.
-    fn mismatch(&self) -> Option<Mismatch> {
-        let single = [&self.image, &self.boxes, &self.state].map(Option::is_some);
-        let is_right = match &self.folder {
-            Some(_) => single == [false; 3] && self.number.is_none(),
-            None => single == [true; 3],
-        };
-        let keys = ["folder", "image", "boxes", "state", "number"];
-        let there = [self.folder.is_some(), single[0], single[1], single[2], self.number.is_some()];
-        let got: Vec<&str> = keys.into_iter().zip(there).filter(|k| k.1).map(|k| k.0).collect();
-        let got = if got.is_empty() { "neither".to_owned() } else { got.join(", ") };
-        let expected = "either folder, or image, boxes and state (and a number for {n})";
-        (!is_right).then(|| Mismatch::new("perception.exemplar", expected, got))
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use super::camera_choice::OtherCamera;
 use super::{
     ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
     StillImageParts, environment, in_data,
@@ -14,6 +15,7 @@ use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
 use crate::hardware::RobotPort;
 use crate::logic::Facts;
+use crate::messages::MAIN_CAMERA;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
 use crate::perception::model::Exemplar;
@@ -30,6 +32,7 @@ pub struct PreparedRun {
     /// Its domain.
     pub folder: Arc<DomainFolder>,
     examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
+    others: Vec<OtherCamera>,
     skills: SkillMap,
     /// Made once: it may have looked at an image or hold a connection.
     goal: Arc<dyn GoalSource>,
@@ -51,9 +54,14 @@ impl PreparedRun {
         config.check_domain(&folder)?;
         let examples = config.perception.exemplar.read(&folder, data)?;
         let skills = folder.skills.clone().unwrap_or_else(SkillMap::empty);
+        let others = config.cameras.keys().map(|name| {
+            let examples = config.exemplar_of(name).read(&folder, data)?;
+            Ok(OtherCamera { name: name.clone(), examples: Arc::new(examples) })
+        });
+        let others = others.collect::<Result<Vec<_>, ConfigError>>()?;
         let (folder, examples) = (Arc::new(folder), Arc::new(examples));
         let goal = goal_source(&config, &folder, &examples, data)?.into();
-        let prepared = Self { config, folder, examples, skills, goal };
+        let prepared = Self { config, folder, examples, others, skills, goal };
         // Whatever may fail fails here, before anything starts.
         prepared.grounder()?;
         prepared.planner().replanner(prepared.reference_states())?;
@@ -66,8 +74,27 @@ impl PreparedRun {
         self.examples.first().map_or([0, 0], |(_, exemplar)| exemplar.image_size)
     }
 
-    fn detector(&self) -> Result<Box<dyn Detector>, ConfigError> {
-        self.folder.detector(&self.config.detector_choice(), &self.examples)
+    /// A detector that labelled examples of one camera have taught.
+    fn detector(
+        &self,
+        examples: &[(image::RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Detector>, ConfigError> {
+        self.folder.detector(&self.config.detector_choice(), examples)
+    }
+
+    /// What makes the detector of one camera: the first one is made here, before anything starts, so
+    /// that no frame waits for its tables.
+    fn make_detector(
+        &self,
+        first: Box<dyn Detector>,
+        examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
+    ) -> scene_parser::MakeDetector {
+        let first = Mutex::new(Some(first));
+        let (this, examples) = (self.clone(), Arc::clone(examples));
+        Arc::new(move || {
+            let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
+            first.map_or_else(|| this.detector(&examples).map_err(|e| e.to_string()), Ok)
+        })
     }
 
     fn grounder(&self) -> Result<Box<dyn crate::perception::grounders::Grounder>, ConfigError> {
@@ -119,27 +146,35 @@ impl PreparedRun {
             belief: self.config.perception.belief.clone(),
             self_filter: self.config.robot.self_filter.clone(),
         };
-        // The first one is made before anything starts, so that no frame waits for its tables.
-        let first = self.detector()?;
+        let first = self.detector(&self.examples)?;
         let perception = &self.config.perception;
         let beside = match perception.detector_mode {
             Some(mode) => mode == DetectorMode::Async,
             None => is_slow || first.is_slow(),
         };
-        let first = Mutex::new(Some(first));
-        let this = self.clone();
-        let detector = move || {
-            let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
-            first.map_or_else(|| this.detector().map_err(|e| e.to_string()), Ok)
+        let others = self.others.iter().map(|other| {
+            let first = self.detector(&other.examples)?;
+            Ok(scene_parser::CameraArgs {
+                name: other.name.clone(),
+                detector: self.make_detector(first, &other.examples),
+                image_size: other.image_size(),
+            })
+        });
+        let main = scene_parser::CameraArgs {
+            name: MAIN_CAMERA.to_owned(),
+            detector: self.make_detector(first, &self.examples),
+            image_size: self.image_size(),
         };
+        let cameras = std::iter::once(Ok(main)).chain(others);
+        let skew = Duration::from_secs_f64(self.config.camera.skew_ms_max / 1000.0);
         let args = Arc::new(scene_parser::SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
             config: Arc::new(config),
-            detector: Arc::new(detector),
+            cameras: cameras.collect::<Result<_, ConfigError>>()?,
+            skew: (self.config.clock == ClockKind::Realtime).then_some(skew),
             detector_name: perception.detector.clone(),
             beside: beside && self.config.clock == ClockKind::Realtime,
-            image_size: self.image_size(),
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
@@ -189,14 +224,23 @@ impl PreparedRun {
         let value = |key: &str, expected: String, got: String| {
             Err(ConfigError::Value { key: key.to_owned(), expected, got })
         };
-        let [width, height] = self.image_size();
-        if let Some([got_width, got_height]) = hardware.camera.image_size
-            && [got_width, got_height] != self.image_size()
-        {
-            let expected = format!("the image size of the labelled examples, {width}x{height}");
-            let key =
-                if self.config.camera.kind == "sim" { "sim.camera" } else { "camera.options" };
-            return value(key, expected, format!("{got_width}x{got_height}"));
+        let is_sim = |choice: PartChoice| choice.name == "sim";
+        let key = |name: &str| match (is_sim(self.config.camera_choice(name)), name) {
+            (true, MAIN_CAMERA) => "sim.camera".to_owned(),
+            (true, other) => format!("sim.cameras.{other}"),
+            (false, MAIN_CAMERA) => "camera.options".to_owned(),
+            (false, other) => format!("cameras.{other}.options"),
+        };
+        let main = (MAIN_CAMERA, &hardware.camera, self.image_size());
+        let others = self.others.iter().zip(&hardware.others);
+        let others = others.map(|(o, (name, port))| (name.as_str(), port, o.image_size()));
+        for (name, port, [width, height]) in std::iter::once(main).chain(others) {
+            if let Some([got_width, got_height]) = port.image_size
+                && [got_width, got_height] != [width, height]
+            {
+                let expected = format!("the image size of the labelled examples, {width}x{height}");
+                return value(&key(name), expected, format!("{got_width}x{got_height}"));
+            }
         }
         if hardware.robot.acts && self.config.robot.motion.is_none() {
             let expected = "a table, for a robot that acts".to_owned();

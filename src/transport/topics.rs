@@ -1,6 +1,11 @@
 //! Every topic: its name and its limits. How much a reader lets pile up is the reader's own affair
 //! ([`super::Depth`]).
 
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
+use crate::messages::MAIN_CAMERA;
+
 /// One topic. The service name is `groundloop/<run>/<name>`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topic {
@@ -115,3 +120,60 @@ pub const TOPICS: &[Topic] = &[
     HEALTH,
     RUN,
 ];
+
+/// The topics of one camera: `camera/<id>/rgb` and `camera/<id>/depth`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CameraTopics {
+    /// What the camera is called among actors: `camera/<id>`, and `camera` for `main`.
+    pub camera: &'static str,
+    /// Its pixels.
+    pub rgb: Topic,
+    /// Its depth.
+    pub depth: Topic,
+}
+
+impl CameraTopics {
+    /// Those of a camera by its id, such as `main`.
+    pub fn of(id: &str) -> Self {
+        if id == MAIN_CAMERA {
+            return Self { camera: "camera", rgb: CAMERA_RGB, depth: CAMERA_DEPTH };
+        }
+        let topic = |what: &str, like: Topic| Topic {
+            name: for_good(format!("camera/{id}/{what}")),
+            ..like
+        };
+        Self {
+            camera: for_good(format!("camera/{id}")),
+            rgb: topic("rgb", CAMERA_RGB),
+            depth: topic("depth", CAMERA_DEPTH),
+        }
+    }
+}
+
+/// A name that lasts as long as the process, kept once: there are as many as a run file has cameras.
+fn for_good(name: String) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = names.get(name.as_str()) {
+        return known;
+    }
+    let kept: &'static str = Box::leak(name.into_boxed_str());
+    names.insert(kept);
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_has_topics_of_its_own_name() {
+        let left = CameraTopics::of("left");
+        assert_eq!([left.camera, left.rgb.name], ["camera/left", "camera/left/rgb"]);
+        assert_eq!(left.depth.name, "camera/left/depth");
+        assert_eq!(left.rgb.depth_max, CAMERA_RGB.depth_max);
+        assert_eq!(CameraTopics::of("left"), left);
+        assert!(std::ptr::eq(CameraTopics::of("left").rgb.name, left.rgb.name), "kept once");
+        assert_eq!(CameraTopics::of("main").rgb, CAMERA_RGB);
+    }
+}

@@ -16,6 +16,7 @@ fn hardware(folder: &'static DomainFolder, clock: ClockKind) -> HardwareInputs<'
     let run = run_file();
     HardwareInputs {
         clock,
+        camera: "main",
         rate_hz: run.camera.rate_hz,
         seed: run.seed,
         folder: &folder.files,

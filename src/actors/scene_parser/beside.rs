@@ -11,15 +11,10 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
 
-use super::thread::{Answer, Job, PerceptionThread};
-use super::{
-    MakeDetector, NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, check,
-    nothing_usable, read_depth,
-};
+use super::frames::{Cameras, Moment};
+use super::thread::{Answer, Job, OwnedShot, PerceptionThread};
+use super::{NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, no_frame, nothing_usable};
 use crate::actors::{ActorError, Fatal};
-use crate::transport::Received;
-use crate::transport::convert::RgbFrame;
-use crate::transport::wire::FrameHeader;
 
 /// Pause after a first failure of the detector, milliseconds; doubles with each one in a row.
 const RETRY_MS_MIN: u64 = 100;
@@ -29,7 +24,6 @@ const RETRY_MS_MAX: u64 = 5_000;
 /// What one incarnation works with.
 struct Tools {
     thread: PerceptionThread,
-    depths: Option<Received<FrameHeader, u8>>,
     /// Why the last frame came to nothing.
     bad_frame: Option<Rejection>,
     /// Why the last answer did.
@@ -47,11 +41,7 @@ struct Tools {
 pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<(), ActorError> {
     let now = Instant::now();
     let mut tools = Tools {
-        thread: PerceptionThread::start(
-            MakeDetector::clone(&args.detector),
-            Arc::clone(&args.config),
-        )?,
-        depths: None,
+        thread: PerceptionThread::start(args.cameras.clone(), Arc::clone(&args.config))?,
         bad_frame: None,
         bad_answer: None,
         n_failures: 0,
@@ -62,11 +52,10 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
     let mut memory = args.checkpoint.load();
     loop {
         let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
-        let usable = |message: Received<FrameHeader, u8>| {
-            check(args, message).inspect_err(|reason| {
-                args.monitor.rejected(NAME, reason);
-                tools.bad_frame = Some(Rejection::unusable(reason));
-            })
+        let bad_frame = &mut tools.bad_frame;
+        let refused = |reason: &str| {
+            args.monitor.rejected(NAME, reason);
+            *bad_frame = Some(Rejection::unusable(&reason));
         };
         tokio::select! {
             biased;
@@ -75,17 +64,18 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 memory.hear_event(&event?, &args.context);
                 if memory.is_paused != was_paused {
                     tools.wait_anew(args.wait);
+                    ports.cameras.wait_anew();
                 }
             }
             answer = tools.thread.answer() => {
                 take_answer(args, &mut memory, &mut tools, &ports, answer?)?;
             }
-            frame = ports.rgb.newest_of(usable) => {
-                take_frame(args, &mut memory, &mut tools, &mut ports, &frame?)?;
+            moment = ports.cameras.next(refused) => {
+                take_frame(args, &mut memory, &mut tools, &mut ports, &moment?)?;
             }
             () = sleep_until(deadline) => {
                 if !memory.is_paused {
-                    return Err(tools.too_late(args).into());
+                    return Err(tools.too_late(args, &ports.cameras).into());
                 }
                 tools.wait_anew(args.wait);
             }
@@ -101,24 +91,29 @@ fn take_frame(
     memory: &mut SceneParserMemory,
     tools: &mut Tools,
     ports: &mut Ports,
-    frame: &RgbFrame,
+    moment: &Moment,
 ) -> Result<(), ActorError> {
-    if let Some(newer) = ports.depth.drain_newest()? {
-        tools.depths = Some(newer);
+    if let Some(lost) = ports.cameras.lost(args.wait).filter(|_| !memory.is_paused) {
+        return Err(no_frame(args, lost).into());
     }
-    let header = frame.header();
+    let header = moment.frame.header();
     if memory.last_frame == Some(header.sequence) {
         return Ok(()); // a restarted camera shows the same frame again
     }
     args.monitor.message(NAME);
     memory.hear(ports, &args.context)?;
     memory.last_frame = Some(header.sequence);
-    args.monitor.missed(NAME, ports.rgb.drops().missed);
+    args.monitor.missed(NAME, ports.cameras.missed());
     let now = Instant::now();
     tools.frame_deadline = now + args.wait;
     if !tools.thread.is_busy() && now >= tools.next_try {
-        tools.thread.offer(job(args, memory, tools, frame))?;
-        tools.answer_deadline.get_or_insert(now + args.wait);
+        match job(args, memory, &mut ports.cameras, moment) {
+            Ok(job) => {
+                tools.thread.offer(job)?;
+                tools.answer_deadline.get_or_insert(now + args.wait);
+            }
+            Err(rejection) => args.reject(&rejection),
+        }
     }
     if let Some(scene) = &mut memory.last_scene {
         scene.cause.cycle = memory.cycle;
@@ -130,19 +125,21 @@ fn take_frame(
 }
 
 /// A frame with all that belongs to it, for the thread.
-fn job(args: &SceneParserArgs, memory: &SceneParserMemory, tools: &Tools, frame: &RgbFrame) -> Job {
-    let header = frame.header();
-    let mut depth_m = Vec::new();
-    let has_depth = read_depth(tools.depths.as_ref(), header, &mut depth_m);
-    Job {
-        heard: memory.heard(header.into()),
+fn job(
+    args: &SceneParserArgs,
+    memory: &SceneParserMemory,
+    cameras: &mut Cameras,
+    moment: &Moment,
+) -> Result<Job, Rejection> {
+    let mut depths = Vec::new();
+    let has_depth = cameras.read_depth(moment, &mut depths)?;
+    let shots = cameras.shots(moment, &depths, &has_depth);
+    Ok(Job {
+        heard: memory.heard(moment.frame.header().into()),
         parser: memory.parser.clone(),
-        size: frame.size().map(|side| side as usize),
-        rgb: frame.rgb().to_vec(),
-        depth_m: has_depth.then_some(depth_m),
-        model: frame.model().copied(),
+        shots: shots.iter().map(OwnedShot::of).collect(),
         phrases: memory.phrases(&args.config),
-    }
+    })
 }
 
 /// The thread has answered: the scene of its frame, or a pause before it is asked again.
@@ -183,15 +180,16 @@ impl Tools {
     }
 
     /// Why nothing came in time: no frames, or no answers.
-    fn too_late(&self, args: &SceneParserArgs) -> Fatal {
+    fn too_late(&self, args: &SceneParserArgs, cameras: &Cameras) -> Fatal {
         let is_silent = self.answer_deadline.is_some_and(|deadline| deadline < self.frame_deadline);
         if !is_silent {
-            return nothing_usable(args, self.bad_frame.clone());
+            return nothing_usable(args, cameras.awaited(), self.bad_frame.clone());
         }
         let silent = || Rejection {
             reason: "it has not answered one frame; wait longer, or give it less to do".to_owned(),
             is_missing: true,
         };
-        nothing_usable(args, Some(self.bad_answer.clone().unwrap_or_else(silent)))
+        let reason = Some(self.bad_answer.clone().unwrap_or_else(silent));
+        nothing_usable(args, cameras.awaited(), reason)
     }
 }

@@ -4,11 +4,14 @@
 //! the loop goes on with what they said last (`beside`).
 
 mod beside;
+mod frames;
 mod inline;
 mod thread;
 
 use std::sync::Arc;
 use std::time::Duration;
+
+use frames::{Cameras, Shot};
 
 use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::monotonic_ns;
@@ -16,16 +19,15 @@ use crate::messages::{Dispatch, Event, GoalUpdate, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
 use crate::perception::grounders::GrounderError;
-use crate::perception::tracking::{FrameContext, ParserConfig, SceneParser};
+use crate::perception::tracking::{FrameContext, OtherView, ParserConfig, SceneParser};
 use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    RgbFrame, WireContext, WireError, depth_from_wire, dispatch_from_wire, event_from_wire,
-    goal_from_wire, robot_state_from_wire, scene_to_wire, status_from_wire,
+    WireContext, WireError, dispatch_from_wire, event_from_wire, goal_from_wire,
+    robot_state_from_wire, scene_to_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CAMERA_DEPTH, CAMERA_RGB, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
-    SCENE,
+    CameraTopics, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS, SCENE,
 };
 use crate::transport::wire::{
     DeviceHeader, DispatchRecord, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
@@ -48,20 +50,32 @@ pub struct SceneParserArgs {
     pub context: Arc<WireContext>,
     /// What does not change.
     pub config: Arc<ParserConfig>,
-    /// Makes the detector.
-    pub detector: MakeDetector,
-    /// Its name in the configuration.
+    /// Every camera, `main` first.
+    pub cameras: Vec<CameraArgs>,
+    /// How far apart frames of one moment may be captured; `None` in lockstep.
+    pub skew: Option<Duration>,
+    /// The detector's name in the configuration.
     pub detector_name: String,
     /// Whether detector and grounder work beside the loop, on a thread of their own.
     pub beside: bool,
-    /// Size that frames must have: the labelled examples' width and height.
-    pub image_size: [u32; 2],
     /// How long a frame, or an answer of the detector, may be missing.
     pub wait: Duration,
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<SceneParserMemory>,
     /// Panics on purpose.
     pub monitor: Monitor,
+}
+
+/// One camera of a run.
+#[derive(Clone)]
+#[expect(missing_debug_implementations, reason = "a detector is known by its name only")]
+pub struct CameraArgs {
+    /// Its name: `main`, or that of a `[cameras.NAME]`.
+    pub name: String,
+    /// Makes its detector, which its labelled examples have taught.
+    pub detector: MakeDetector,
+    /// Size that its frames must have: the labelled examples' width and height.
+    pub image_size: [u32; 2],
 }
 
 /// Memory that outlives the actor.
@@ -88,8 +102,7 @@ pub struct SceneParserMemory {
 }
 
 struct Ports {
-    rgb: Subscriber<FrameHeader, u8>,
-    depth: Subscriber<FrameHeader, u8>,
+    cameras: Cameras,
     states: Subscriber<DeviceHeader, RobotStateRecord>,
     dispatches: Subscriber<StreamHeader, DispatchRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
@@ -133,8 +146,7 @@ impl From<GrounderError> for Rejection {
 pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let ports = Ports {
-        rgb: bus.subscriber(&CAMERA_RGB, Depth::newest())?,
-        depth: bus.subscriber(&CAMERA_DEPTH, Depth::newest())?,
+        cameras: Cameras::open(bus, &args.cameras, args.skew)?,
         states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
         dispatches: bus.subscriber(&DISPATCH, Depth::all(RELIABLE_DEPTH))?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
@@ -151,7 +163,11 @@ pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
 
 /// Nothing usable came in time: the camera or the detector is missing, or says what cannot be
 /// used.
-fn nothing_usable(args: &SceneParserArgs, rejection: Option<Rejection>) -> Fatal {
+fn nothing_usable(
+    args: &SceneParserArgs,
+    awaited: &CameraTopics,
+    rejection: Option<Rejection>,
+) -> Fatal {
     let seconds = args.wait.as_secs_f64();
     match rejection {
         Some(Rejection { reason, is_missing: true }) => Fatal::Missing {
@@ -164,40 +180,21 @@ fn nothing_usable(args: &SceneParserArgs, rejection: Option<Rejection>) -> Fatal
         Some(Rejection { reason, is_missing: false }) => {
             Fatal::BadInput { message: format!("no usable frame for {seconds} s: {reason}") }
         }
-        None => Fatal::Missing {
-            what: format!("a frame on {} for {seconds} s (camera.wait_s)", CAMERA_RGB.name),
-            how: format!(
-                "start a camera, such as `groundloop camera images DIR --fps 5 --run {}`",
-                args.bus.run()
-            ),
-        },
+        None => no_frame(args, awaited),
     }
 }
 
-/// A frame that can be worked on; why not, otherwise.
-fn check(args: &SceneParserArgs, message: Received<FrameHeader, u8>) -> Result<RgbFrame, String> {
-    let frame = RgbFrame::read(message).map_err(|e| e.to_string())?;
-    let ([width, height], got) = (args.image_size, frame.size());
-    if got == args.image_size {
-        return Ok(frame);
-    }
-    let got = format!("{}x{}", got[0], got[1]);
-    Err(format!("the labelled examples are {width}x{height} pixels, the frame is {got}"))
-}
-
-/// Reads the depth that belongs to a frame into `depth_m`; whether there is any.
-fn read_depth(
-    depth: Option<&Received<FrameHeader, u8>>,
-    frame: &FrameHeader,
-    depth_m: &mut Vec<f32>,
-) -> bool {
-    let Some(depth) = depth.filter(|d| d.header().sequence == frame.sequence) else { return false };
-    match depth_from_wire(depth.header(), depth.records(), depth_m) {
-        Ok(()) => true,
-        Err(error) => {
-            tracing::warn!(%error, "depth");
-            false
-        }
+/// A camera shows nothing.
+fn no_frame(args: &SceneParserArgs, topics: &CameraTopics) -> Fatal {
+    let (seconds, topic) = (args.wait.as_secs_f64(), topics.rgb.name);
+    let flag = topics.camera.strip_prefix("camera/").map(|name| format!(" --camera {name}"));
+    Fatal::Missing {
+        what: format!("a frame on {topic} for {seconds} s (camera.wait_s)"),
+        how: format!(
+            "start a camera, such as `groundloop camera images DIR --fps 5 --run {}{}`",
+            args.bus.run(),
+            flag.unwrap_or_default()
+        ),
     }
 }
 
@@ -218,7 +215,29 @@ struct Heard {
 struct Seen<'a> {
     view: FrameView<'a>,
     detections: Detections,
+    /// What other cameras see.
+    others: Vec<OtherView<'a>>,
     detect_ns: u64,
+}
+
+/// Looks at what the cameras show, each with the detector that knows it.
+fn look<'a>(
+    (cameras, detectors): (&'a [CameraArgs], &mut [Box<dyn Detector>]),
+    shots: &[Shot<'a>],
+    phrases: &[String],
+) -> Result<Seen<'a>, Rejection> {
+    let started_ns = monotonic_ns();
+    let mut seen = Vec::new();
+    for shot in shots {
+        let detector = &mut detectors[shot.camera_idx];
+        let detections = detector.detect(&shot.image()?, phrases)?;
+        let camera = cameras[shot.camera_idx].name.as_str();
+        seen.push(OtherView { camera, view: shot.view()?, detections });
+    }
+    let detect_ns = monotonic_ns() - started_ns;
+    let others = seen.split_off(seen.len().min(1));
+    let main = seen.pop().ok_or_else(|| Rejection::unusable(&"no frame"))?;
+    Ok(Seen { view: main.view, detections: main.detections, others, detect_ns })
 }
 
 /// What is kept of a frame's header.
@@ -314,7 +333,7 @@ fn scene_of(
     let context = FrameContext {
         cause: FrameRef { cycle: 0, frame_sequence: sequence, capture_ns, frame_send_ns: send_ns },
         view: seen.view,
-        others: &[],
+        others: &seen.others,
         robot: heard.robot.as_ref(),
         dispatches: &heard.dispatches,
         statuses: &heard.statuses,

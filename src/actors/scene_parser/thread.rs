@@ -9,13 +9,12 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 
 use tokio::sync::mpsc;
 
-use super::{Heard, MakeDetector, Rejection, Seen, scene_of};
+use super::frames::Shot;
+use super::{CameraArgs, Heard, Rejection, look, scene_of};
 use crate::actors::ActorError;
-use crate::clock::monotonic_ns;
 use crate::geometry::CameraModel;
 use crate::perception::detectors::Detector;
 use crate::perception::tracking::{ParserConfig, SceneParser};
-use crate::perception::{DepthView, FrameView, ImageView};
 use crate::scene::Scene;
 
 /// A frame with all that belongs to it, owned: it is looked at while newer ones come.
@@ -24,13 +23,44 @@ pub(super) struct Job {
     pub(super) heard: Heard,
     /// The memory after the last frame that was parsed.
     pub(super) parser: SceneParser,
+    /// What each camera shows, `main` first.
+    pub(super) shots: Vec<OwnedShot>,
+    /// What the goal names and nobody has seen.
+    pub(super) phrases: Vec<String>,
+}
+
+/// What one camera shows, owned.
+#[derive(Debug, Clone)]
+pub(super) struct OwnedShot {
+    pub(super) camera_idx: usize,
     /// Width and height, pixels.
     pub(super) size: [usize; 2],
     pub(super) rgb: Vec<u8>,
     pub(super) depth_m: Option<Vec<f32>>,
     pub(super) model: Option<CameraModel>,
-    /// What the goal names and nobody has seen.
-    pub(super) phrases: Vec<String>,
+}
+
+impl OwnedShot {
+    /// A copy of what is in shared memory.
+    pub(super) fn of(shot: &Shot<'_>) -> Self {
+        Self {
+            camera_idx: shot.camera_idx,
+            size: shot.size,
+            rgb: shot.rgb.to_vec(),
+            depth_m: shot.depth_m.map(<[f32]>::to_vec),
+            model: shot.model.copied(),
+        }
+    }
+
+    fn borrowed(&self) -> Shot<'_> {
+        Shot {
+            camera_idx: self.camera_idx,
+            size: self.size,
+            rgb: &self.rgb,
+            depth_m: self.depth_m.as_deref(),
+            model: self.model.as_ref(),
+        }
+    }
 }
 
 /// What came of a frame.
@@ -52,14 +82,17 @@ pub(super) struct PerceptionThread {
 
 impl PerceptionThread {
     /// Starts the thread; its first detector is made there.
-    pub(super) fn start(make: MakeDetector, config: Arc<ParserConfig>) -> Result<Self, ActorError> {
+    pub(super) fn start(
+        cameras: Vec<CameraArgs>,
+        config: Arc<ParserConfig>,
+    ) -> Result<Self, ActorError> {
         let (jobs, waiting) = sync_channel::<Job>(1);
         let (answered, answers) = mpsc::channel(1);
         let work = move || {
-            let mut detector = None;
+            let mut detectors = None;
             while let Ok(job) = waiting.recv() {
                 let n_frames = job.heard.n_frames;
-                let parsed = carry_out(&mut detector, &make, &config, job);
+                let parsed = carry_out(&mut detectors, &cameras, &config, job);
                 if answered.blocking_send(Answer { n_frames, parsed }).is_err() {
                     return;
                 }
@@ -104,35 +137,29 @@ fn ended() -> ActorError {
     ActorError::Part { reason: "the thread of detector and grounder has ended".to_owned() }
 }
 
-/// Turns one frame into a scene. A detector that was at work in a panic is not used again.
+/// Turns one frame into a scene. Detectors that were at work in a panic are not used again.
 fn carry_out(
-    kept: &mut Option<Box<dyn Detector>>,
-    make: &MakeDetector,
+    kept: &mut Option<Vec<Box<dyn Detector>>>,
+    cameras: &[CameraArgs],
     config: &ParserConfig,
     job: Job,
 ) -> Result<(SceneParser, Scene), Rejection> {
-    let [width, height] = job.size;
-    let image = ImageView::new(width, height, &job.rgb).map_err(|e| Rejection::unusable(&e))?;
-    let depth_m = job.depth_m.as_deref();
-    let view = FrameView {
-        image: Some(image),
-        depth: depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok()),
-        camera: job.model.as_ref(),
-    };
-    let mut detector = match kept.take() {
-        Some(detector) => detector,
-        None => make().map_err(|reason| Rejection::unusable(&reason))?,
+    let mut detectors = match kept.take() {
+        Some(detectors) => detectors,
+        None => {
+            let made = cameras.iter().map(|camera| (camera.detector)());
+            made.collect::<Result<_, _>>().map_err(|reason| Rejection::unusable(&reason))?
+        }
     };
     let mut parser = job.parser;
+    let shots: Vec<Shot<'_>> = job.shots.iter().map(OwnedShot::borrowed).collect();
     let worked = catch_unwind(AssertUnwindSafe(|| {
-        let started_ns = monotonic_ns();
-        let detections = detector.detect(&image, &job.phrases)?;
-        let seen = Seen { view, detections, detect_ns: monotonic_ns() - started_ns };
+        let seen = look((cameras, &mut detectors), &shots, &job.phrases)?;
         scene_of(&mut parser, config, &job.heard, seen)
     }));
     match worked {
         Ok(scene) => {
-            *kept = Some(detector);
+            *kept = Some(detectors);
             Ok((parser, scene?))
         }
         Err(payload) => {
@@ -151,7 +178,7 @@ mod tests {
     use std::sync::atomic::{AtomicU32, Ordering};
     use std::sync::mpsc::{Receiver, Sender, channel};
 
-    use super::super::FrameStamp;
+    use super::super::{FrameStamp, MakeDetector};
     use super::*;
     use crate::geometry::PixelBox;
     use crate::parts::PartError;
@@ -159,7 +186,7 @@ mod tests {
     use crate::perception::grounders::{Grounder, GrounderError, Grounding};
     use crate::perception::model::ObjectBox;
     use crate::perception::tracking::BeliefConfig;
-    use crate::perception::{Detection, Detections, Observation};
+    use crate::perception::{Detection, Detections, ImageView, Observation};
     use crate::run::DomainFolder;
 
     /// What the gate lets a detector do with one frame.
@@ -228,6 +255,12 @@ mod tests {
         })
     }
 
+    /// The thread of a run with one camera.
+    fn start(detector: MakeDetector) -> PerceptionThread {
+        let main = CameraArgs { name: "main".to_owned(), detector, image_size: [1, 1] };
+        PerceptionThread::start(vec![main], config()).unwrap()
+    }
+
     /// A thread, its gate, and how many detectors were made.
     fn gated() -> (PerceptionThread, Sender<Go>, Arc<AtomicU32>) {
         let (gate, waiting) = channel();
@@ -237,7 +270,7 @@ mod tests {
             counted.fetch_add(1, Ordering::SeqCst);
             Ok(Box::new(Gated(Arc::clone(&waiting))))
         });
-        (PerceptionThread::start(make, config()).unwrap(), gate, n_made)
+        (start(make), gate, n_made)
     }
 
     fn job(sequence: u64, colour: &str, parser: SceneParser) -> Job {
@@ -250,10 +283,13 @@ mod tests {
                 n_frames: sequence,
             },
             parser,
-            size: [1, 1],
-            rgb: vec![0; 3],
-            depth_m: None,
-            model: None,
+            shots: vec![OwnedShot {
+                camera_idx: 0,
+                size: [1, 1],
+                rgb: vec![0; 3],
+                depth_m: None,
+                model: None,
+            }],
             phrases: vec![colour.to_owned()],
         }
     }
@@ -304,7 +340,7 @@ mod tests {
     #[tokio::test]
     async fn a_detector_that_cannot_be_made_is_told() {
         let make: MakeDetector = Arc::new(|| Err("no such model".to_owned()));
-        let mut thread = PerceptionThread::start(make, config()).unwrap();
+        let mut thread = start(make);
         thread.offer(job(1, "red", SceneParser::default())).unwrap();
         let rejection = thread.answer().await.unwrap().parsed.unwrap_err();
         assert_eq!(rejection.reason, "no such model");

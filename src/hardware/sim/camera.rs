@@ -15,6 +15,9 @@ use crate::messages::Frame;
 /// Renders one frame for every answer (lockstep), or at its rate (realtime).
 pub struct SimCamera {
     hardware: SimHardware,
+    /// Its name in the run file.
+    name: String,
+    camera: CameraSpec,
     renderer: Renderer,
     buffer: groundloop_sim::Frame,
     frame: Frame,
@@ -39,8 +42,10 @@ pub fn model_of(camera: &CameraSpec) -> CameraModel {
 }
 
 impl SimCamera {
-    /// The camera of a simulated world. Must be called inside a tokio runtime.
-    pub fn new(hardware: SimHardware) -> Self {
+    /// A camera of a simulated world by its name; `None` where it has none of that name. Must be
+    /// called inside a tokio runtime.
+    pub fn new(hardware: SimHardware, name: &str) -> Option<Self> {
+        let camera = hardware.camera(name)?.clone();
         let ticks = (hardware.clock == ClockKind::Realtime).then(|| {
             let mut ticks = tokio::time::interval(Duration::from_nanos(hardware.frame_ns));
             ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -53,23 +58,26 @@ impl SimCamera {
         let frame = Frame {
             sequence: 0,
             capture_ns: 0,
-            width: hardware.camera.width,
-            height: hardware.camera.height,
+            width: camera.width,
+            height: camera.height,
             rgb: Vec::new(),
             depth_m: Some(Vec::new()),
-            model: Some(model_of(&hardware.camera)),
+            model: Some(model_of(&camera)),
         };
-        Self { hardware, renderer, buffer, frame, released, ticks, next }
+        let name = name.to_owned();
+        Some(Self { hardware, name, camera, renderer, buffer, frame, released, ticks, next })
     }
 
     fn capture(&mut self) -> Result<(), CameraError> {
         let sequence = self.next;
         self.next += 1;
-        let seed = self.hardware.frame_seed(sequence);
-        let (renderer, buffer, camera) =
-            (&mut self.renderer, &mut self.buffer, &self.hardware.camera);
-        let (capture_ns, rendered) =
-            self.hardware.look(|world| renderer.render_into(world, camera, seed, buffer));
+        let seed = self.hardware.frame_seed(&self.name, sequence);
+        let (renderer, buffer, camera) = (&mut self.renderer, &mut self.buffer, &self.camera);
+        let (capture_ns, (model, rendered)) = self.hardware.look(|world| {
+            let here = camera.with_gripper_at(world.gripper().position);
+            (model_of(&here), renderer.render_into(world, &here, seed, buffer))
+        });
+        self.frame.model = Some(model);
         rendered.map_err(|e| CameraError::Render { reason: e.to_string() })?;
         // The buffers change places, so that no frame needs new memory.
         std::mem::swap(&mut self.frame.rgb, &mut buffer.rgb);

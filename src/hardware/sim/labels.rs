@@ -11,7 +11,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::camera::model_of;
-use super::robot::{SimConfig, SimHardware, read_scene};
+use super::config::SimConfig;
+use super::robot::{SimHardware, read_scene};
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
 use crate::hardware::GroundTruth;

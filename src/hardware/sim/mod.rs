@@ -1,6 +1,8 @@
 //! The simulated world as a camera, a robot, an oracle and a labeller.
 
 #[cfg(feature = "sim")]
+mod config;
+#[cfg(feature = "sim")]
 mod robot;
 #[cfg(feature = "sim")]
 mod faults;
@@ -14,6 +16,8 @@ mod ports;
 #[cfg(feature = "sim")]
 pub use camera::{SimCamera, model_of};
 #[cfg(feature = "sim")]
+pub use config::{OtherCameraSpec, SimConfig};
+#[cfg(feature = "sim")]
 pub use faults::fault_mismatches;
 #[cfg(feature = "sim")]
 pub use groundloop_sim::FaultAction;
@@ -22,7 +26,7 @@ pub use labels::{
     LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
 };
 #[cfg(feature = "sim")]
-pub use robot::{SimConfig, SimHardware, SimSetup, read_scene};
+pub use robot::{SimHardware, SimSetup, read_scene};
 
 use super::{CameraPort, RobotPort};
 use crate::parts::{Part, no_options};

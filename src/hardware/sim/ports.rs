@@ -3,18 +3,27 @@
 use std::sync::Arc;
 
 use super::{Oracle, SimCamera, SimConfig, SimHardware, SimSetup};
-use crate::hardware::{CameraPort, HardwareInputs, RobotPort};
+use crate::hardware::{CameraError, CameraPort, HardwareInputs, RobotPort};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartContext, PartError};
 
 /// The simulated camera.
 pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartError> {
     let world = world(&context.inputs)?;
-    let image_size = [world.camera.width, world.camera.height];
-    let HardwareInputs { folder, domain, .. } = context.inputs;
+    let HardwareInputs { folder, domain, camera: name, .. } = context.inputs;
+    let Some(camera) = world.camera(name) else {
+        let expected = "a table with position_m and look_at_m";
+        let key = SimConfig::key_of(name);
+        return Err(PartError::Inputs { reason: Mismatch::new(key, expected, "none").to_string() });
+    };
+    let (image_size, name) = ([camera.width, camera.height], name.to_owned());
     let oracle = Oracle::new(folder, domain, (*world).clone())?;
     Ok(Box::new(CameraPort {
-        open: Some(Arc::new(move || Ok(Box::new(SimCamera::new((*world).clone()))))),
+        open: Some(Arc::new(move || {
+            let camera = SimCamera::new((*world).clone(), &name);
+            let gone = || CameraError::Render { reason: format!("no camera {name}") };
+            Ok(Box::new(camera.ok_or_else(gone)?))
+        })),
         image_size: Some(image_size),
         truth: oracle.map(|oracle| Arc::new(move || oracle.truth()) as _),
     }))

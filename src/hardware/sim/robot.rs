@@ -3,19 +3,19 @@
 //! Only this file, its faults and `cameras/sim.rs` know the simulator: together they play the hardware.
 //! The world outlives the actors that show it.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use groundloop_sim::{CameraSpec, GripperCommand, SceneSpec, World, WorldConfig};
-use schemars::JsonSchema;
-use serde::Deserialize;
+use groundloop_sim::{CameraSpec, GripperCommand, SceneSpec, World};
 use tokio::sync::watch;
 
+use super::config::SimConfig;
 use super::faults::FaultSchedule;
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::files::{FileRef, Folder};
 use crate::hardware::{Arm, FaultConfig, Robot, Sequencer, Target};
-use crate::messages::{Command, CommandKind, RobotState, Status, StatusKind};
+use crate::messages::{Command, CommandKind, MAIN_CAMERA, RobotState, Status, StatusKind};
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
 use crate::settings::TomlFile;
@@ -24,32 +24,6 @@ use crate::settings::TomlFile;
 const CONTROL_HZ: u64 = 120;
 /// Speed that is reported for the tool at rest, and used for going back to where it is.
 const HOLD_SPEED_M_S: f64 = 0.5;
-
-/// `[sim]` of a run file.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SimConfig {
-    /// Scene file, below the domain's folder.
-    pub scene: String,
-    /// The simulated camera.
-    pub camera: CameraSpec,
-    /// What the world is made of.
-    pub world: WorldConfig,
-}
-
-impl SimConfig {
-    /// Reads `[sim]`; `file` is where it stands.
-    ///
-    /// # Errors
-    /// [`PartError::Options`] naming the key.
-    pub fn read(table: Option<&toml::Table>, file: &FileRef) -> Result<Self, PartError> {
-        let table = table.cloned().unwrap_or_default();
-        table.try_into().map_err(|e: toml::de::Error| PartError::Options {
-            file: file.to_string(),
-            message: format!("[sim]: {e}"),
-        })
-    }
-}
 
 /// What a simulated world is built from.
 #[derive(Debug, Clone, Copy)]
@@ -74,8 +48,8 @@ pub struct SimHardware {
     shared: Arc<Mutex<Hardware>>,
     /// How many frames may have been captured (lockstep).
     released: watch::Sender<u64>,
-    /// Size, lens and pose of the one camera that is rendered.
-    pub camera: CameraSpec,
+    /// Size, lens and pose of each camera that can be rendered.
+    cameras: Arc<BTreeMap<String, CameraSpec>>,
     /// Frame period.
     pub frame_ns: u64,
     /// Which clock drives the world.
@@ -115,9 +89,13 @@ impl SimHardware {
         let bad = |key: &str, expected: &str, got: String| PartError::Inputs {
             reason: Mismatch::new(key, expected, got).to_string(),
         };
-        sim.camera.check().map_err(|e| bad("sim.camera", "a sound camera", e.to_string()))?;
-        let mut camera = sim.camera.clone();
-        camera.light.seed = seed;
+        let mut cameras = BTreeMap::new();
+        for (name, mut camera) in sim.every_camera() {
+            let key = SimConfig::key_of(&name);
+            camera.check().map_err(|e| bad(&key, "a sound camera", e.to_string()))?;
+            camera.light.seed = seed;
+            cameras.insert(name, camera);
+        }
         let scene = read_scene(&folder.file(&sim.scene))?;
         let world = World::new(&scene, &sim.world, seed)
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
@@ -138,7 +116,7 @@ impl SimHardware {
         Ok(Self {
             shared: Arc::new(Mutex::new(hardware)),
             released: watch::Sender::new(0),
-            camera,
+            cameras: Arc::new(cameras),
             frame_ns: (1e9 / rate_hz) as u64,
             clock,
             seed,
@@ -161,9 +139,17 @@ impl SimHardware {
         self.released.subscribe()
     }
 
-    /// Seed of the noise in one frame.
-    pub fn frame_seed(&self, sequence: u64) -> u64 {
-        self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(sequence)
+    /// A camera by its name: size, lens and pose.
+    pub fn camera(&self, name: &str) -> Option<&CameraSpec> {
+        self.cameras.get(name)
+    }
+
+    /// Seed of the noise in one frame of a camera.
+    pub fn frame_seed(&self, camera: &str, sequence: u64) -> u64 {
+        let of_run = self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(sequence);
+        // FNV-1a over the name; nothing of it for the camera that every run has.
+        let name = camera.bytes().filter(|_| camera != MAIN_CAMERA);
+        name.fold(of_run, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
     /// What really is, and which bodies look alike, for scoring after the episode; nothing in the

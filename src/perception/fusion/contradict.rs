@@ -44,8 +44,7 @@ pub(super) fn conflicting_labels(
             let place = other.members[0];
             let said = |place: Place| (&of(place).label, views[place.0].camera);
             let ((label, camera), (other, other_camera)) = (said(first), said(place));
-            let reason =
-                format!("seen as {label} by {camera} and as {other} by {other_camera}:");
+            let reason = format!("seen as {label} by {camera} and as {other} by {other_camera}:");
             conflicts.push((first, reason));
         }
         at += 1;
@@ -64,8 +63,7 @@ pub(super) fn sees_through(
     }
     let is_member = |view: usize| members.iter().any(|place| place.0 == view);
     let mut views = views.iter().enumerate();
-    let denies =
-        views.find(|(view, seen)| !is_member(*view) && looks_through(seen, estimate))?;
+    let denies = views.find(|(view, seen)| !is_member(*view) && looks_through(seen, estimate))?;
     Some(format!("{} sees through the place of", denies.1.camera))
 }
 

@@ -29,7 +29,10 @@ pub fn fuse(main: CameraView<'_>, mut others: Vec<CameraView<'_>>) -> Vec<Detect
         let said = conflicts.iter().find(|(place, _)| fused.members.contains(place));
         fused.detection.contradiction = said.map(|(_, reason)| reason.clone());
         if fused.detection.contradiction.is_none() {
-            fused.detection.contradiction = fused.detection.measured.and_then(|measured| sees_through(&views, &fused.members, &measured));
+            fused.detection.contradiction = fused
+                .detection
+                .measured
+                .and_then(|measured| sees_through(&views, &fused.members, &measured));
         }
     }
     fused.sort_by(Fused::order);
@@ -105,4 +108,3 @@ fn rank(detection: &Detection, view: usize) -> (u8, Reverse<usize>, usize) {
     };
     (n_cut, Reverse(area), view)
 }
-

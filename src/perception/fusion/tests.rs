@@ -55,10 +55,8 @@ impl Picture {
                 PixelBox { x1, y1, x2, y2 }
             });
             let Some(pixel_box) = boxes.reduce(|a, b| a.hull(&b)) else { continue };
-            let mut detection = Detection {
-                mask,
-                ..Detection::new("block".into(), (*label).into(), pixel_box)
-            };
+            let mut detection =
+                Detection { mask, ..Detection::new("block".into(), (*label).into(), pixel_box) };
             let depth = DepthView::new(WIDTH, HEIGHT, &picture.depth_m).unwrap();
             detection.measured = volume_of(&detection, &depth, &model, DepthRule::AsWide);
             // A detector sees no slivers.
@@ -150,10 +148,12 @@ fn what_one_view_hides_is_seen_in_another_and_has_a_box_in_the_first() {
 fn an_object_that_one_camera_sees_is_kept_whichever_it_is() {
     let red = [("red", [0.05, 0.0, 0.025])];
     let (front, blind) = (Picture::of("main", FRONT, &red), Picture::of("back", BACK, &[]));
-    let only_main = fuse(front.view(), vec![CameraView { frame: FrameView::default(), ..blind.view() }]);
+    let only_main =
+        fuse(front.view(), vec![CameraView { frame: FrameView::default(), ..blind.view() }]);
     assert_eq!(only_main, front.detections);
     let (blind, back) = (Picture::of("main", FRONT, &[]), Picture::of("back", BACK, &red));
-    let blind = CameraView { frame: FrameView { depth: None, ..blind.view().frame }, ..blind.view() };
+    let blind =
+        CameraView { frame: FrameView { depth: None, ..blind.view().frame }, ..blind.view() };
     let only_back = fuse(blind, vec![back.view()]);
     assert_eq!(only_back.len(), 1);
     assert_eq!(only_back[0].contradiction, None);
@@ -191,7 +191,8 @@ fn what_the_robot_hides_from_one_camera_is_taken_from_another() {
 
 #[test]
 fn two_blocks_of_one_colour_are_two() {
-    let blocks = [("red", [0.0, 0.0, 0.025]), ("red", [0.0, 0.0, 0.075]), ("red", [0.07, 0.0, 0.025])];
+    let blocks =
+        [("red", [0.0, 0.0, 0.025]), ("red", [0.0, 0.0, 0.075]), ("red", [0.07, 0.0, 0.025])];
     let (front, back) = (Picture::of("main", FRONT, &blocks), Picture::of("back", BACK, &blocks));
     assert_eq!(fuse(front.view(), vec![back.view()]).len(), 3);
     // Each camera sees another one of two that stand on each other.

@@ -45,7 +45,8 @@ pub(super) fn corners(
 
 /// The box of an estimate in a camera's image; `None` when a part of it is behind the camera.
 pub(super) fn in_image(estimate: &BoxEstimate, camera: &CameraModel) -> Option<PixelBox> {
-    let pixels: Option<Vec<_>> = corners(estimate, 1.0).map(|corner| camera.project(corner)).collect();
+    let pixels: Option<Vec<_>> =
+        corners(estimate, 1.0).map(|corner| camera.project(corner)).collect();
     let boxes = pixels?.into_iter().map(|p| PixelBox { x1: p.x, y1: p.y, x2: p.x, y2: p.y });
     boxes.reduce(|a, b| a.hull(&b)).filter(PixelBox::is_valid)
 }

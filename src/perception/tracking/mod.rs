@@ -96,6 +96,3 @@ pub struct OtherView<'a> {
     /// What was found in it.
     pub detections: Detections,
 }
-
-/// The name of the camera that every run has.
-pub const MAIN: &str = "main";

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::belief::{Belief, Latched, Reading};
 use super::occlusion::{is_covered, self_filter_in_image};
 use super::tracker::{Renamed, Tracker};
-use super::{FrameContext, MAIN, ParserConfig, gripper};
+use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
 use crate::logic::{Facts, Truth};
-use crate::messages::{Effects, StatusKind};
+use crate::messages::{Effects, MAIN_CAMERA, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
 use crate::perception::fusion::{CameraView, fuse};
 use crate::perception::grounders::{GrounderError, Grounding};
@@ -79,7 +79,7 @@ impl SceneParser {
             self.gripper = gripper::follow(&self.gripper, robot, &self.tracker.tracks, reach_m);
         }
         let mut unexplained = std::mem::take(&mut detections.unexplained);
-        let main = self.camera_view(config, context, (MAIN, context.view), detections);
+        let main = self.camera_view(config, context, (MAIN_CAMERA, context.view), detections);
         let others = context.others.iter().map(|other| {
             let seen = (other.camera, other.view);
             self.camera_view(config, context, seen, other.detections.clone())
@@ -226,8 +226,7 @@ impl SceneParser {
         let judged = judged.into_iter().filter(|judged| are_visible(&judged.atom.args));
         let readings = judged.map(|judged| {
             let confidence = judged.confidence().abs().min(1.0) as f32;
-            let truth =
-                if is_contradicted(&judged.atom) { Truth::Unknown } else { judged.truth };
+            let truth = if is_contradicted(&judged.atom) { Truth::Unknown } else { judged.truth };
             (judged.atom, Reading { truth, basis: judged.basis, confidence })
         });
         let readings = readings.collect();

@@ -81,8 +81,7 @@ impl Tracker {
             }
         }
         let born = free.into_iter().flatten();
-        let born =
-            born.filter(|d| d.is_whole_elsewhere || !is_covered(&d.pixel_box, occluders));
+        let born = born.filter(|d| d.is_whole_elsewhere || !is_covered(&d.pixel_box, occluders));
         self.propose(born.collect());
         self.promote(capture_ns, perception, config);
     }

@@ -1,0 +1,306 @@
+//! The frames of all cameras, put together: one of each, of the same moment.
+//!
+//! In lockstep those of one number belong together, and all are waited for. In realtime the newest
+//! frame of `main` goes with what the others showed last, where that was captured within
+//! `camera.skew_ms_max`: the loop waits for no other camera, once each has shown something.
+
+use std::future::poll_fn;
+use std::pin::Pin;
+use std::task::Poll;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::{CameraArgs, Rejection};
+use crate::perception::{DepthView, FrameView, ImageView};
+use crate::transport::convert::{RgbFrame, depth_from_wire};
+use crate::transport::topics::CameraTopics;
+use crate::transport::wire::FrameHeader;
+use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
+
+/// What is read of one camera.
+struct Feed {
+    args: CameraArgs,
+    topics: CameraTopics,
+    rgb: Subscriber<FrameHeader, u8>,
+    depth: Subscriber<FrameHeader, u8>,
+    /// Its newest frame that can be worked on, and the depth that came last.
+    frame: Option<RgbFrame>,
+    newest_depth: Option<Received<FrameHeader, u8>>,
+    /// When its last frame came.
+    seen: Instant,
+    /// Whether people have been told that the loop goes on without it.
+    is_late: bool,
+}
+
+/// The cameras of a run.
+pub(super) struct Cameras {
+    /// That of `[camera]` first.
+    feeds: Vec<Feed>,
+    /// How far apart frames of one moment may be captured; `None` in lockstep: of one number.
+    skew: Option<Duration>,
+}
+
+/// What the cameras show at one moment: the frame of `main`, and of the others what belongs to it.
+pub(super) struct Moment {
+    pub(super) frame: RgbFrame,
+    /// Which feeds belong to it, by their places.
+    used: Vec<usize>,
+}
+
+/// One camera's part of a moment, with depth in memory of its own.
+#[derive(Debug, Clone)]
+pub(super) struct Shot<'a> {
+    /// Place among the cameras.
+    pub(super) camera_idx: usize,
+    pub(super) size: [usize; 2],
+    pub(super) rgb: &'a [u8],
+    pub(super) depth_m: Option<&'a [f32]>,
+    pub(super) model: Option<&'a crate::geometry::CameraModel>,
+}
+
+impl<'a> Shot<'a> {
+    /// Its image alone.
+    pub(super) fn image(&self) -> Result<ImageView<'a>, Rejection> {
+        let [width, height] = self.size;
+        ImageView::new(width, height, self.rgb).map_err(|e| Rejection::unusable(&e))
+    }
+
+    /// What perception looks at.
+    pub(super) fn view(&self) -> Result<FrameView<'a>, Rejection> {
+        let [width, height] = self.size;
+        let depth = self.depth_m.and_then(|depth_m| DepthView::new(width, height, depth_m).ok());
+        Ok(FrameView { image: Some(self.image()?), depth, camera: self.model })
+    }
+}
+
+impl Cameras {
+    /// Opens the topics of all cameras.
+    pub(super) fn open(
+        bus: &Bus,
+        cameras: &[CameraArgs],
+        skew: Option<Duration>,
+    ) -> Result<Self, TransportError> {
+        let feeds = cameras.iter().map(|args| {
+            let topics = CameraTopics::of(&args.name);
+            Ok(Feed {
+                args: args.clone(),
+                topics,
+                rgb: bus.subscriber(&topics.rgb, Depth::newest())?,
+                depth: bus.subscriber(&topics.depth, Depth::newest())?,
+                frame: None,
+                newest_depth: None,
+                seen: Instant::now(),
+                is_late: false,
+            })
+        });
+        Ok(Self { feeds: feeds.collect::<Result<_, TransportError>>()?, skew })
+    }
+
+    /// Waits until there is a frame of every camera that belongs to the newest of `main`. `refused` hears why
+    /// a frame cannot be worked on.
+    ///
+    /// Cancel-safe: what has come stays.
+    pub(super) async fn next(
+        &mut self,
+        mut refused: impl FnMut(&str),
+    ) -> Result<Moment, TransportError> {
+        let is_one = self.feeds.len() == 1;
+        loop {
+            for feed in &mut self.feeds {
+                feed.take(is_one, &mut refused)?;
+            }
+            if let Some(moment) = self.moment() {
+                return Ok(moment);
+            }
+            let waits = self.feeds.iter().map(|feed| feed.rgb.wait()).collect();
+            first_of(waits).await?;
+        }
+    }
+
+    /// The moment of the newest frame of `main`, when all that belongs to it is here.
+    fn moment(&mut self) -> Option<Moment> {
+        let skew = self.skew;
+        let (main, others) = self.feeds.split_first_mut()?;
+        let header = *main.frame.as_ref()?.header();
+        let mut used = vec![0];
+        for (idx, feed) in (1..).zip(others) {
+            let other = feed.frame.as_ref()?.header();
+            match skew {
+                None if other.sequence != header.sequence => return None,
+                None => used.push(idx),
+                Some(skew) => {
+                    let apart_ns = u128::from(other.capture_ns.abs_diff(header.capture_ns));
+                    let is_late = apart_ns > skew.as_nanos();
+                    feed.tell(is_late);
+                    used.extend((!is_late).then_some(idx));
+                }
+            }
+        }
+        let frame = main.frame.take()?;
+        Some(Moment { frame, used })
+    }
+
+    /// The camera that keeps the next moment waiting, where there is one: it has shown nothing, or
+    /// not the frame of the others' number.
+    pub(super) fn awaited(&self) -> &CameraTopics {
+        let main = &self.feeds[0];
+        let Some(frame) = &main.frame else { return &main.topics };
+        let is_here = |feed: &&Feed| match (&feed.frame, self.skew) {
+            (Some(other), None) => other.header().sequence == frame.header().sequence,
+            (other, _) => other.is_some(),
+        };
+        self.feeds.iter().find(|feed| !is_here(feed)).map_or(&main.topics, |feed| &feed.topics)
+    }
+
+    /// A camera beside `main` that has shown nothing for so long, in realtime.
+    pub(super) fn lost(&self, wait: Duration) -> Option<&CameraTopics> {
+        self.skew?;
+        let lost = self.feeds.iter().skip(1).find(|feed| feed.seen.elapsed() > wait);
+        lost.map(|feed| &feed.topics)
+    }
+
+    /// While the loop is paused, no camera counts as lost.
+    pub(super) fn wait_anew(&mut self) {
+        self.feeds.iter_mut().for_each(|feed| feed.seen = Instant::now());
+    }
+
+    /// Frames of `main` that were overtaken.
+    pub(super) fn missed(&self) -> u64 {
+        self.feeds.first().map_or(0, |feed| feed.rgb.drops().missed)
+    }
+
+    /// Reads the depth of each frame of a moment into `depths`, one for each camera.
+    ///
+    /// With several cameras each needs depth: without it nothing that it sees has a place.
+    pub(super) fn read_depth(
+        &mut self,
+        moment: &Moment,
+        depths: &mut Vec<Vec<f32>>,
+    ) -> Result<Vec<bool>, Rejection> {
+        depths.resize_with(self.feeds.len(), Vec::new);
+        let mut has_depth = vec![false; self.feeds.len()];
+        let is_one = self.feeds.len() == 1;
+        for &idx in &moment.used {
+            let feed = &mut self.feeds[idx];
+            if let Some(newer) = feed.depth.drain_newest().map_err(|e| Rejection::unusable(&e))? {
+                feed.newest_depth = Some(newer);
+            }
+            let frame = if idx == 0 { Some(&moment.frame) } else { feed.frame.as_ref() };
+            let Some(sequence) = frame.map(|frame| frame.header().sequence) else { continue };
+            has_depth[idx] = read_depth(feed.newest_depth.as_ref(), sequence, &mut depths[idx]);
+            if !has_depth[idx] && !is_one {
+                let topic = feed.topics.depth.name;
+                let reason = format!(
+                    "frame {sequence} has no depth on {topic}: with several cameras each needs depth"
+                );
+                return Err(Rejection { reason, is_missing: false });
+            }
+        }
+        Ok(has_depth)
+    }
+
+    /// What the cameras show at a moment, `main` first.
+    pub(super) fn shots<'a>(
+        &'a self,
+        moment: &'a Moment,
+        depths: &'a [Vec<f32>],
+        has_depth: &[bool],
+    ) -> Vec<Shot<'a>> {
+        let shot = |&idx: &usize| {
+            let own = self.feeds[idx].frame.as_ref();
+            let frame = if idx == 0 { &moment.frame } else { own? };
+            Some(Shot {
+                camera_idx: idx,
+                size: frame.size().map(|side| side as usize),
+                rgb: frame.rgb(),
+                depth_m: has_depth[idx].then_some(depths[idx].as_slice()),
+                model: frame.model(),
+            })
+        };
+        moment.used.iter().filter_map(shot).collect()
+    }
+}
+
+/// Waits for the first of several.
+async fn first_of<T>(waits: Vec<impl Future<Output = T>>) -> T {
+    let mut waits: Vec<Pin<Box<_>>> = waits.into_iter().map(Box::pin).collect();
+    poll_fn(|context| {
+        let mut polled = waits.iter_mut().map(|wait| wait.as_mut().poll(context));
+        polled.find(Poll::is_ready).unwrap_or(Poll::Pending)
+    })
+    .await
+}
+
+impl Feed {
+    /// Takes the newest frame that can be worked on.
+    fn take(&mut self, is_one: bool, refused: &mut impl FnMut(&str)) -> Result<(), TransportError> {
+        let name = (!is_one).then_some(self.args.name.as_str());
+        let size = self.args.image_size;
+        let newest = self.rgb.drain_newest_of(|message| {
+            check(name, size, message).inspect_err(|reason| refused(reason))
+        })?;
+        if newest.is_some() {
+            self.frame = newest;
+            self.seen = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Tells people, once each time, that the loop goes on without this camera, or with it again.
+    fn tell(&mut self, is_late: bool) {
+        if is_late == self.is_late {
+            return;
+        }
+        self.is_late = is_late;
+        let (topic, camera) = (self.topics.rgb.name, &self.args.name);
+        if is_late {
+            tracing::warn!(
+                topic,
+                "no frame of this moment (camera.skew_ms_max): going on without {camera}"
+            );
+        } else {
+            tracing::warn!(topic, "frames again: going on with {camera}");
+        }
+    }
+}
+
+/// A frame that can be worked on; why not, otherwise. `camera` is named where there are several, and
+/// each of them needs a pose.
+fn check(
+    camera: Option<&str>,
+    [width, height]: [u32; 2],
+    message: Received<FrameHeader, u8>,
+) -> Result<RgbFrame, String> {
+    let of = camera.map(|name| format!("camera {name}: ")).unwrap_or_default();
+    let frame = RgbFrame::read(message).map_err(|e| format!("{of}{e}"))?;
+    let got = frame.size();
+    if got != [width, height] {
+        let got = format!("{}x{}", got[0], got[1]);
+        return Err(format!(
+            "{of}the labelled examples are {width}x{height} pixels, the frame is {got}"
+        ));
+    }
+    if camera.is_some() && frame.model().is_none() {
+        return Err(format!(
+            "{of}the frame has no intrinsics or no pose: with several cameras each needs both"
+        ));
+    }
+    Ok(frame)
+}
+
+/// Reads the depth of that number into `depth_m`; whether there is any.
+fn read_depth(
+    depth: Option<&Received<FrameHeader, u8>>,
+    sequence: u64,
+    depth_m: &mut Vec<f32>,
+) -> bool {
+    let Some(depth) = depth.filter(|d| d.header().sequence == sequence) else { return false };
+    match depth_from_wire(depth.header(), depth.records(), depth_m) {
+        Ok(()) => true,
+        Err(error) => {
+            tracing::warn!(%error, "depth");
+            false
+        }
+    }
+}
