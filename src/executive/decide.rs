@@ -204,7 +204,8 @@ impl Executive {
         Answer::Command(CommandKind::Continue)
     }
 
-    /// Waits for the goal, or for objects that it names, and says for which whenever that changes.
+    /// Waits for the goal, or for objects that it names, and says for which whenever that changes. Objects
+    /// are looked for from the robot's view poses, too.
     fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
         self.unseen_frames += u32::from(cycle.is_new_frame);
         let frames_max = cycle.config.limits.unseen_frames_max;
@@ -217,7 +218,9 @@ impl Executive {
             self.awaited = Some(awaited);
             cycle.event(Event::Look { reason: format!("waiting for {text}") });
         }
-        Answer::Command(CommandKind::Continue)
+        let view = (awaited == Awaited::Named && cycle.is_settled())
+            .then(|| self.take_view(cycle, (self.unseen_frames, frames_max), &text));
+        view.flatten().unwrap_or(Answer::Command(CommandKind::Continue))
     }
 
     /// After a failure that needed no motion: the next frame decides.

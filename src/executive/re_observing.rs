@@ -25,14 +25,26 @@ impl Executive {
         if matches!(answer, Answer::End(_)) {
             return answer;
         }
-        let Some(motion) = &cycle.config.motion else { return answer };
+        let spent = (self.looks, cycle.config.limits.observations_max);
+        self.take_view(cycle, spent, reason).unwrap_or(answer)
+    }
+
+    /// Goes to the next view pose when its share of a budget of frames has come: the present view and
+    /// each pose have equal shares. `spent` says how many frames of how many are used up.
+    pub(super) fn take_view(
+        &mut self,
+        cycle: &mut Cycle<'_>,
+        (frames, frames_max): (u32, u32),
+        reason: &str,
+    ) -> Option<Answer> {
+        let motion = cycle.config.motion.as_ref()?;
         let n_poses = u32::try_from(motion.view_poses.len()).unwrap_or(u32::MAX - 1);
-        let share = (cycle.config.limits.observations_max / (n_poses + 1)).max(1);
-        let due = usize::try_from(self.looks / share).unwrap_or(usize::MAX);
+        let share = (frames_max / (n_poses + 1)).max(1);
+        let due = usize::try_from(frames / share).unwrap_or(usize::MAX);
         if !matches!(self.phase, Phase::Idle) || self.views_taken >= due {
-            return answer;
+            return None;
         }
-        self.go_to_view(cycle, reason).unwrap_or(answer)
+        self.go_to_view(cycle, reason)
     }
 
     /// Starts the motion to the next view pose; `None` when all have been taken.

@@ -30,6 +30,12 @@ impl OtherCamera {
 const NAME_BYTES_MAX: usize = 64;
 
 impl RunConfig {
+    /// The names of all cameras beside that of `[camera]`, without those that are not used.
+    pub(super) fn other_cameras(&self) -> impl Iterator<Item = &String> {
+        let used = self.cameras.iter().filter(|(_, camera)| !camera.is_unused());
+        used.map(|(name, _)| name)
+    }
+
     /// Every camera by its name, that of `[camera]` first.
     pub fn camera_names(&self) -> impl Iterator<Item = &str> {
         std::iter::once(MAIN_CAMERA).chain(self.cameras.keys().map(String::as_str))
@@ -72,6 +78,9 @@ impl RunConfig {
                 found.push(Mismatch::new(key.clone(), expected, format!("\"{name}\"")));
             }
             let kind = camera.kind.as_ref().unwrap_or(&self.camera.kind);
+            if camera.is_unused() {
+                continue;
+            }
             if kind == "sim" && !is_placed(name) {
                 let expected =
                     "a table with position_m and look_at_m, for a camera of kind \"sim\"";

@@ -29,7 +29,8 @@ pub struct CameraConfig {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OtherCameraConfig {
-    /// Who captures its frames. Without the key who captures those of `[camera]`.
+    /// Who captures its frames; "none": the camera is not used. Without the key who captures those of
+    /// `[camera]`.
     pub kind: Option<String>,
     /// The options of this camera.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
@@ -38,6 +39,16 @@ pub struct OtherCameraConfig {
     /// the key those of `[perception.exemplar]`.
     pub exemplar: Option<ExemplarConfig>,
 }
+
+impl OtherCameraConfig {
+    /// Whether the run goes without it.
+    pub(super) fn is_unused(&self) -> bool {
+        self.kind.as_deref() == Some(UNUSED)
+    }
+}
+
+/// The kind of a camera that a run goes without.
+const UNUSED: &str = "none";
 
 /// The labelled examples of one camera set-up.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]

@@ -45,7 +45,7 @@ impl HardwarePorts {
             Ok(*CAMERAS.build(&PartContext { choice, inputs, environment })?)
         };
         let main = camera(MAIN_CAMERA)?;
-        let others = config.cameras.keys().map(|name| Ok((name.clone(), camera(name)?)));
+        let others = config.other_cameras().map(|name| Ok((name.clone(), camera(name)?)));
         let others = others.collect::<Result<_, ConfigError>>()?;
         let choice = PartChoice::new("robot.kind", &config.robot.kind);
         let choice = &choice.with_options(config.robot.options.as_ref(), config.origin.path());

@@ -54,7 +54,7 @@ impl PreparedRun {
         config.check_domain(&folder)?;
         let examples = config.perception.exemplar.read(&folder, data)?;
         let skills = folder.skills.clone().unwrap_or_else(SkillMap::empty);
-        let others = config.cameras.keys().map(|name| {
+        let others = config.other_cameras().map(|name| {
             let examples = config.exemplar_of(name).read(&folder, data)?;
             Ok(OtherCamera { name: name.clone(), examples: Arc::new(examples) })
         });

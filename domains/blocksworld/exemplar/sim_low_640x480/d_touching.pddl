@@ -1,0 +1,8 @@
+(define (problem d_touching)
+  (:domain blocksworld)
+  (:objects red_block - block blue_block - block green_block - block yellow_block - block purple_block - block orange_block - block pink_block - block cyan_block - block)
+  (:init
+    (on cyan_block orange_block)
+    (on red_block yellow_block))
+  (:goal (and))
+)
