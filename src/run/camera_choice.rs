@@ -99,8 +99,9 @@ impl RunConfig {
             if !self.cameras.contains_key(name) {
                 let known: Vec<&str> = self.cameras.keys().map(String::as_str).collect();
                 let near = near_hint(name, known);
-                let expected = format!("a table [cameras.{name}] beside it{near}");
-                found.push(Mismatch::new(format!("sim.cameras.{name}"), expected, "none"));
+                let expected = format!("a table [cameras.{name}] beside it");
+                let got = format!("none{near}");
+                found.push(Mismatch::new(format!("sim.cameras.{name}"), expected, got));
             }
         }
         let skew_ms_max = self.camera.skew_ms_max;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::observer::{Observed, Observer};
-use super::scoring::{Words, really_holds};
+use super::scoring::{Words, really_holds, with_unseen};
 use super::wiring::{PreparedRun, Shared};
 use super::{RunError, new_run_id};
 use crate::actors::{
@@ -87,8 +87,9 @@ pub async fn run_episode(
     report.goal_in_simulator = match (hardware.camera.truth, goal, &result.scene) {
         (Some(truth), Some(goal), Some(scene)) => {
             let (types, rules) = (&folder.domain.types, &folder.rules);
-            let objects = &scene.typed_objects();
-            really_holds(Words { types, rules, objects }, &goal.goal, &truth())
+            let truth = truth();
+            let objects = &with_unseen(scene.typed_objects(), &folder.domain, &truth);
+            really_holds(Words { types, rules, objects }, &goal.goal, &truth)
         }
         _ => None,
     };

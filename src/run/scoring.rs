@@ -6,7 +6,7 @@
 
 use crate::hardware::GroundTruth;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::pddl::{Atom, Axiom, Condition, Name, Typed, Types};
+use crate::pddl::{Atom, Axiom, Condition, Domain, Name, Typed, Types};
 use crate::perception::complete;
 
 /// Most ways to name look-alikes that are tried: eight of one kind have 40 320.
@@ -21,6 +21,23 @@ pub(super) struct Words<'a> {
     pub(super) rules: &'a [Axiom],
     /// The objects that the goal speaks of.
     pub(super) objects: &'a [Typed],
+}
+
+/// The objects that were seen, and those of the true facts that nobody has seen.
+pub(super) fn with_unseen(
+    mut objects: Vec<Typed>,
+    domain: &Domain,
+    truth: &GroundTruth,
+) -> Vec<Typed> {
+    for atom in &truth.facts {
+        let Some(signature) = domain.predicate(atom.predicate.as_str()) else { continue };
+        for (name, param) in atom.args.iter().zip(&signature.params) {
+            if objects.iter().all(|object| object.name != *name) {
+                objects.push(Typed { name: name.clone(), types: param.types.clone() });
+            }
+        }
+    }
+    objects
 }
 
 /// Whether the goal really holds: the true facts, completed by the domain's rules, under one of the

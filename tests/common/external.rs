@@ -54,9 +54,14 @@ pub fn run(name: &str, sets: &[&str]) -> (Process, tempfile::TempDir) {
 
 /// A process that plays the simulated camera and gripper of the run file, with overrides.
 pub fn hardware(name: &str, sets: &[&str]) -> Process {
+    hardware_of(CONFIG, name, sets)
+}
+
+/// The same for another run file.
+pub fn hardware_of(config: &str, name: &str, sets: &[&str]) -> Process {
     let sets = sets.iter().flat_map(|set| ["--set", *set]);
-    let args = ["hardware", CONFIG, "--run", name];
+    let args = ["hardware", config, "--run", name];
     let mut hardware = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
-    hardware.wait_for_line("playing camera and robot");
+    hardware.wait_for_line("playing camera and ");
     hardware
 }

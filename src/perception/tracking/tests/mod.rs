@@ -1,6 +1,7 @@
 //! Frames by hand: detections, robot states and statuses in, scenes out.
 
 mod anomalies;
+mod cameras;
 mod facts;
 mod names;
 
@@ -107,6 +108,8 @@ struct Eyes {
     /// The last scene: what a step changes depends on it.
     last: Scene,
     statuses: Vec<Status>,
+    /// What another camera in the same place sees: its depth in metres, and what it finds.
+    twin: Option<(f32, Vec<Detection>)>,
     /// Where the goal's phrases are in the next frame.
     phrases: Vec<PhraseBox>,
     n_frames: u64,
@@ -143,6 +146,7 @@ impl Eyes {
             dispatches: Vec::new(),
             last: Scene::default(),
             statuses: Vec::new(),
+            twin: None,
             phrases: Vec::new(),
             n_frames: 0,
         }
@@ -161,6 +165,17 @@ impl Eyes {
         let (dispatches, statuses) =
             (std::mem::take(&mut self.dispatches), std::mem::take(&mut self.statuses));
         let model = camera();
+        let (twin_m, found) = self.twin.clone().unwrap_or_default();
+        let twin_depth_m = vec![twin_m; WIDTH * HEIGHT];
+        let twins = [OtherView {
+            camera: "twin",
+            view: FrameView {
+                image: None,
+                depth: DepthView::new(WIDTH, HEIGHT, &twin_depth_m).ok(),
+                camera: Some(&model),
+            },
+            detections: Detections { objects: found, phrases: Vec::new() },
+        }];
         let context = FrameContext {
             cause,
             view: FrameView {
@@ -168,7 +183,7 @@ impl Eyes {
                 depth: DepthView::new(WIDTH, HEIGHT, &depth_m).ok(),
                 camera: Some(&model),
             },
-            others: &[],
+            others: if self.twin.is_some() { &twins } else { &[] },
             robot: Some(&self.robot),
             dispatches: &dispatches,
             statuses: &statuses,
