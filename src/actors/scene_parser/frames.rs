@@ -12,6 +12,7 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::{CameraArgs, Rejection};
+use crate::geometry::CameraModel;
 use crate::perception::{DepthView, FrameView, ImageView};
 use crate::transport::convert::{RgbFrame, depth_from_wire};
 use crate::transport::topics::CameraTopics;
@@ -56,7 +57,7 @@ pub(super) struct Shot<'a> {
     pub(super) size: [usize; 2],
     pub(super) rgb: &'a [u8],
     pub(super) depth_m: Option<&'a [f32]>,
-    pub(super) model: Option<&'a crate::geometry::CameraModel>,
+    pub(super) model: Option<&'a CameraModel>,
 }
 
 impl<'a> Shot<'a> {

@@ -144,12 +144,11 @@ fn carry_out(
     config: &ParserConfig,
     job: Job,
 ) -> Result<(SceneParser, Scene), Rejection> {
-    let mut detectors = match kept.take() {
-        Some(detectors) => detectors,
-        None => {
-            let made = cameras.iter().map(|camera| (camera.detector)());
-            made.collect::<Result<_, _>>().map_err(|reason| Rejection::unusable(&reason))?
-        }
+    let mut detectors = if let Some(detectors) = kept.take() {
+        detectors
+    } else {
+        let made = cameras.iter().map(|camera| (camera.detector)());
+        made.collect::<Result<_, _>>().map_err(|reason| Rejection::unusable(&reason))?
     };
     let mut parser = job.parser;
     let shots: Vec<Shot<'_>> = job.shots.iter().map(OwnedShot::borrowed).collect();

@@ -60,7 +60,9 @@ pub(super) fn associate(views: &[CameraView<'_>]) -> Vec<Cluster> {
         }
     }
     clusters.retain(|cluster| !cluster.members.is_empty());
-    clusters.iter_mut().for_each(|cluster| cluster.members.sort_unstable());
+    for cluster in &mut clusters {
+        cluster.members.sort_unstable();
+    }
     clusters
 }
 
