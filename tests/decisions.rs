@@ -22,7 +22,7 @@ fn pins() -> Vec<[String; 6]> {
 fn the_list_has_twenty_seeds_of_each_simulated_run_file() {
     let pins = pins();
     let names: std::collections::BTreeSet<&String> = pins.iter().map(|pin| &pin[0]).collect();
-    assert_eq!(names.len(), 4);
+    assert_eq!(names.len(), 6);
     for name in names {
         let seeds = pins.iter().filter(|pin| pin[0] == *name).map(|pin| pin[1].clone());
         assert!(seeds.eq((1..=20).map(|seed| seed.to_string())), "{name}");
@@ -45,5 +45,5 @@ fn decisions_are_as_pinned() {
         assert_eq!(report.goal_in_simulator.unwrap().to_string(), holds, "{name}, seed {seed}");
         n_checked += 1;
     }
-    assert_eq!(n_checked, 4 * SEEDS.len());
+    assert_eq!(n_checked, 6 * SEEDS.len());
 }

@@ -108,7 +108,8 @@ struct Eyes {
     /// The last scene: what a step changes depends on it.
     last: Scene,
     statuses: Vec<Status>,
-    /// What another camera in the same place sees: its depth in metres, and what it finds.
+    /// What another camera sees, a quarter of a metre to the right of the first: its depth in metres, and
+    /// what it finds.
     twin: Option<(f32, Vec<Detection>)>,
     /// Where the goal's phrases are in the next frame.
     phrases: Vec<PhraseBox>,
@@ -166,13 +167,15 @@ impl Eyes {
             (std::mem::take(&mut self.dispatches), std::mem::take(&mut self.statuses));
         let model = camera();
         let (twin_m, found) = self.twin.clone().unwrap_or_default();
+        let mut twin_model = camera();
+        twin_model.world_from_camera.translation.x += 0.25;
         let twin_depth_m = vec![twin_m; WIDTH * HEIGHT];
         let twins = [OtherView {
             camera: "twin",
             view: FrameView {
                 image: None,
                 depth: DepthView::new(WIDTH, HEIGHT, &twin_depth_m).ok(),
-                camera: Some(&model),
+                camera: Some(&twin_model),
             },
             detections: Detections { objects: found, phrases: Vec::new() },
         }];
