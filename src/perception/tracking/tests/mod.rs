@@ -177,7 +177,7 @@ impl Eyes {
                 depth: DepthView::new(WIDTH, HEIGHT, &twin_depth_m).ok(),
                 camera: Some(&twin_model),
             },
-            detections: Detections { objects: found, phrases: Vec::new() },
+            detections: Detections { objects: found, ..Detections::default() },
         }];
         let context = FrameContext {
             cause,
