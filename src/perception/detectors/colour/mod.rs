@@ -132,7 +132,13 @@ impl ColourDetector {
         if let Some(width_max) = limits.widest() {
             found = joined(found, (image, &frame.ground), width_max);
         }
-        found.retain(|(_, _, region)| fits(region, appearance, &limits));
+        found.retain(|(class, _, region)| {
+            let is_body = |x, y| {
+                let of = self.class_at(image, (i64::from(x), i64::from(y)));
+                of.is_some_and(|other| other != *class)
+            };
+            fits(region, appearance, &limits, &is_body)
+        });
         found.retain(|(_, _, region)| stands_out(image, region));
         self.add_stubs(spec, &limits, &mut found);
         let heights = found.iter().map(|(_, _, r)| r.pixel_box().height()).collect();

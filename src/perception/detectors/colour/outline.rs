@@ -23,6 +23,9 @@ const TURNED_FILL_MIN: f64 = 0.4;
 /// A convex body fills this share of its convex hull, noise at its edge allowed for.
 const SOLIDITY_MIN: f64 = 0.85;
 
+/// Of a body that others hide, at least this share of its box must be seen.
+const SEEN_SHARE_MIN: f64 = 0.25;
+
 /// A post of which less than this is to be seen, as a multiple of its width, may be anything.
 const STUB_HEIGHT_MIN: f64 = 0.5;
 
@@ -155,14 +158,34 @@ pub(super) fn find(mask: &BitMask, spec: &Appearance, limits: &SizeLimits) -> Ve
     }
 }
 
-/// Whether a region has the outline and the size of an object of its type.
-pub(super) fn fits(region: &Region, spec: &Appearance, limits: &SizeLimits) -> bool {
+/// Whether a region has the outline and the size of an object of its type. `is_body` says of a pixel
+/// whether it belongs to a body of another colour, which may hide the rest of this one.
+pub(super) fn fits(
+    region: &Region,
+    spec: &Appearance,
+    limits: &SizeLimits,
+    is_body: &dyn Fn(u32, u32) -> bool,
+) -> bool {
     let b = region.pixel_box();
     let aspect = b.width() / b.height();
     limits.contain(&b)
         && spec.aspect[0] <= aspect
         && aspect <= spec.aspect[1]
-        && is_filled(region, spec.fill_min)
+        && (is_filled(region, spec.fill_min) || is_filled_where_seen(region, spec.fill_min, is_body))
+}
+
+/// Whether a region fills what of its box other bodies leave to be seen.
+fn is_filled_where_seen(
+    region: &Region,
+    fill_min: f64,
+    is_body: &dyn Fn(u32, u32) -> bool,
+) -> bool {
+    let b = region.pixel_box();
+    let [x1, y1, x2, y2] = <[f64; 4]>::from(b).map(|v| v as u32);
+    let pixels = (y1..y2).flat_map(|y| (x1..x2).map(move |x| (x, y)));
+    let hidden = pixels.filter(|(x, y)| is_body(*x, *y)).count() as f64;
+    let seen = region.area() as f64;
+    seen >= SEEN_SHARE_MIN * b.area() && seen >= fill_min * (b.area() - hidden)
 }
 
 /// Finds the tops of posts that what stands in front of them hides almost whole: as wide as a post,
