@@ -228,7 +228,9 @@ impl<'a> SetUp<'a> {
             ImageView::new(width, height, look.image.as_raw()).map_err(|e| fault(e.to_string()))?;
         let depth =
             DepthView::new(width, height, &look.depth_m).map_err(|e| fault(e.to_string()))?;
-        let mut detections = self.detector.detect(&view, &[])?.objects;
+        let mut detections = self.detector.detect(&view, &[])?;
+        detections.take_back_outside(); // as in the loop, where depth and pose are known
+        let mut detections = detections.objects;
         let frame = FrameView { image: Some(view), depth: Some(depth), camera: Some(&look.model) };
         lift_detections(self.perception, &frame, &mut detections);
         let nameless = detections.iter().enumerate();

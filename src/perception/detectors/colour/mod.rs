@@ -28,7 +28,7 @@ use crate::perception::{Detection, Detections, ImageView};
 use blob_filters::{is_seam, stands_out};
 use edges::{InnerSteps, split};
 use outline::{SizeLimits, Sizes, find, find_stubs, fits};
-use pieces::{Piece, joined};
+use pieces::{Piece, joined, joined_behind};
 
 /// Finds patches of declared colours.
 #[derive(Debug, Clone)]
@@ -128,16 +128,19 @@ impl ColourDetector {
             // Of round bodies, a waist says more than the size.
             found = self.split(found, (spec, !split_waists), image, &limits);
         }
-        found.retain(|(_, _, region)| limits.contain_height(&region.pixel_box()));
+        let is_body = |class: u8, x: u32, y: u32| {
+            let of = self.class_at(image, (i64::from(x), i64::from(y)));
+            of.is_some_and(|other| other != class)
+        };
+        if let Some(sizes) = limits.angular() {
+            found = joined_behind(found, [sizes.width[1], sizes.height[1]], &is_body);
+        }
+        found.retain(|(_, _, region)| limits.may_contain_height(&region.pixel_box()));
         if let Some(width_max) = limits.widest() {
             found = joined(found, (image, &frame.ground), width_max);
         }
         found.retain(|(class, _, region)| {
-            let is_body = |x, y| {
-                let of = self.class_at(image, (i64::from(x), i64::from(y)));
-                of.is_some_and(|other| other != *class)
-            };
-            fits(region, appearance, &limits, &is_body)
+            fits(region, appearance, &limits, &|x, y| is_body(*class, x, y))
         });
         found.retain(|(_, _, region)| stands_out(image, region));
         self.add_stubs(spec, &limits, &mut found);

@@ -26,6 +26,17 @@ const SOLIDITY_MIN: f64 = 0.85;
 /// Of a body that others hide, at least this share of its box must be seen.
 const SEEN_SHARE_MIN: f64 = 0.25;
 
+/// Of an object behind another, so much of its width and height must show,
+const REST_MIN: f64 = 0.1;
+/// and so much of the longer of them;
+const REST_LENGTH_MIN: f64 = 0.5;
+/// it fills this share of its box,
+const REST_FILL_MIN: f64 = 0.5;
+/// and what hides it lies along this share of a side,
+const REST_HIDDEN_MIN: f64 = 0.75;
+/// at most so many pixels away.
+const REST_GAP: u32 = 4;
+
 /// A post of which less than this is to be seen, as a multiple of its width, may be anything.
 const STUB_HEIGHT_MIN: f64 = 0.5;
 
@@ -67,6 +78,8 @@ pub(super) struct SizeLimits {
     accepted: Sizes,
     /// Sizes of labelled objects.
     labelled: Option<Sizes>,
+    /// Whether bodies are neither round nor posts.
+    is_angular: bool,
 }
 
 impl SizeLimits {
@@ -76,10 +89,11 @@ impl SizeLimits {
     /// A post's height is not narrowed from below: what stands in front of it can hide almost
     /// all of it.
     pub(super) fn new(spec: &Appearance, labelled: Option<Sizes>, image_height: usize) -> Self {
+        let is_angular = matches!(spec.shape, Shape::Patch { split_waists: false });
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
-            return Self { accepted: declared, labelled: None };
+            return Self { accepted: declared, labelled: None, is_angular };
         };
         let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
             let low = declared[0].max(least * SIZE_SHARE_MIN);
@@ -92,12 +106,18 @@ impl SizeLimits {
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
-        Self { accepted: Sizes { width, height }, labelled: Some(labelled) }
+        Self { accepted: Sizes { width, height }, labelled: Some(labelled), is_angular }
     }
 
     /// Width of the widest labelled object.
     pub(super) fn widest(&self) -> Option<f64> {
         self.labelled.map(|labelled| labelled.width[1])
+    }
+
+    /// Sizes of labelled objects of a type of angular bodies, such as blocks: what others leave to be
+    /// seen of one is told from a whole one.
+    pub(super) fn angular(&self) -> Option<Sizes> {
+        self.labelled.filter(|_| self.is_angular)
     }
 
     /// Height of the lowest labelled object.
@@ -127,9 +147,10 @@ impl SizeLimits {
         self.labelled.map(ratio)
     }
 
-    /// Whether a piece is as high as an object may be.
-    pub(super) fn contain_height(&self, b: &PixelBox) -> bool {
+    /// Whether a piece is as high as an object may be, or as what shows of one.
+    pub(super) fn may_contain_height(&self, b: &PixelBox) -> bool {
         let [low, high] = self.accepted.height;
+        let low = self.angular().map_or(low, |labelled| low.min(REST_MIN * labelled.height[1]));
         (low..=high).contains(&b.height())
     }
 
@@ -168,10 +189,51 @@ pub(super) fn fits(
 ) -> bool {
     let b = region.pixel_box();
     let aspect = b.width() / b.height();
-    limits.contain(&b)
+    let is_whole = limits.contain(&b)
         && spec.aspect[0] <= aspect
         && aspect <= spec.aspect[1]
-        && (is_filled(region, spec.fill_min) || is_filled_where_seen(region, spec.fill_min, is_body))
+        && (is_filled(region, spec.fill_min)
+            || is_filled_where_seen(region, spec.fill_min, is_body));
+    is_whole || is_rest(region, spec, limits, is_body)
+}
+
+/// Whether a region is what shows of an object behind another body: too narrow or too low, with the
+/// body along it, and open to the ground somewhere.
+fn is_rest(
+    region: &Region,
+    spec: &Appearance,
+    limits: &SizeLimits,
+    is_body: &dyn Fn(u32, u32) -> bool,
+) -> bool {
+    let Some(labelled) = limits.angular() else { return false };
+    let (b, accepted) = (region.pixel_box(), limits.accepted);
+    let aspect = b.width() / b.height();
+    let is_narrow = b.width() < accepted.width[0] || aspect < spec.aspect[0];
+    let is_low = b.height() < accepted.height[0] || aspect > spec.aspect[1];
+    let (width, height) = (labelled.width[1], labelled.height[1]);
+    let shows = b.width() >= REST_MIN * width
+        && b.height() >= REST_MIN * height
+        && b.width().max(b.height()) >= REST_LENGTH_MIN * width.min(height)
+        && b.width() <= accepted.width[1]
+        && b.height() <= accepted.height[1];
+    if is_narrow == is_low || !shows || (region.area() as f64) < REST_FILL_MIN * b.area() {
+        return false;
+    }
+    let [x1, y1, x2, y2] = <[f64; 4]>::from(b).map(|v| v as u32);
+    let beside = |columns: std::ops::Range<u32>| {
+        let bodies = (y1..y2).filter(|y| columns.clone().any(|x| is_body(x, *y))).count();
+        bodies as f64 / b.height()
+    };
+    let along = |rows: std::ops::Range<u32>| {
+        let bodies = (x1..x2).filter(|x| rows.clone().any(|y| is_body(*x, y))).count();
+        bodies as f64 / b.width()
+    };
+    let across = [beside(x1.saturating_sub(REST_GAP)..x1), beside(x2..x2 + REST_GAP)];
+    let upright = [along(y1.saturating_sub(REST_GAP)..y1), along(y2..y2 + REST_GAP)];
+    let hiding = if is_narrow { across } else { upright };
+    let least = |sides: [f64; 2]| sides[0].min(sides[1]);
+    hiding.iter().any(|share| *share >= REST_HIDDEN_MIN)
+        && least(across).min(least(upright)) <= 1.0 - REST_HIDDEN_MIN
 }
 
 /// Whether a region fills what of its box other bodies leave to be seen.

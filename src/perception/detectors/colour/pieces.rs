@@ -24,6 +24,8 @@ const TOUCH_MAX: f64 = 3.0;
 const EDGE_MIN: f32 = 16.0;
 /// Most of the pixels between two pieces that may be ground, as a share.
 const GROUND_SHARE_MAX: f64 = 0.3;
+/// Rests of one object and what is before it fill this share of the box around them.
+const BEHIND_SHARE_MIN: f64 = 0.8;
 /// About how many pixels of a border or a gap are looked at.
 const SAMPLES: f64 = 24.0;
 
@@ -65,6 +67,39 @@ pub(super) fn joined<'a>(
     }
     bodies.sort_by_key(|(place, ..)| *place);
     bodies.into_iter().map(|(.., body)| body).collect()
+}
+
+/// Joins pieces of one colour that are the rests of one object behind another body: together no
+/// larger than an object, and what lies between them is the body.
+pub(super) fn joined_behind<'a>(
+    pieces: Vec<Piece<'a>>,
+    [width_max, height_max]: [f64; 2],
+    is_body: &dyn Fn(u8, u32, u32) -> bool,
+) -> Vec<Piece<'a>> {
+    let mut bodies: Vec<Piece<'a>> = Vec::new();
+    for piece in pieces {
+        let of_one = |body: &Piece<'a>| {
+            let hull = body.2.pixel_box().hull(&piece.2.pixel_box());
+            let fits = hull.width() <= WIDTH_MULTIPLE_MAX * width_max
+                && hull.height() <= WIDTH_MULTIPLE_MAX * height_max;
+            if body.0 != piece.0 || !fits {
+                return false;
+            }
+            let [x1, y1, x2, y2] = <[f64; 4]>::from(hull).map(|v| v as u32);
+            let pixels = (y1..y2).flat_map(|y| (x1..x2).map(move |x| (x, y)));
+            let hidden = pixels.filter(|(x, y)| is_body(piece.0, *x, *y)).count();
+            let seen = body.2.area() + piece.2.area();
+            (seen + hidden) as f64 >= BEHIND_SHARE_MIN * hull.area()
+        };
+        match bodies.iter().position(of_one) {
+            Some(i) => {
+                let (class, name, region) = bodies.remove(i);
+                bodies.insert(i, (class, name, region.joined(piece.2)));
+            }
+            None => bodies.push(piece),
+        }
+    }
+    bodies
 }
 
 /// Whether two boxes side by side could be one object's.
