@@ -54,6 +54,15 @@ pub struct TruncatedSides {
 }
 
 impl BoxEstimate {
+    /// Puts the sides that are cut where the usual size of such objects says.
+    pub fn complete_cut_sides(&mut self, extent: [f64; 3]) {
+        if self.cut != TruncatedSides::default()
+            && let Some(whole) = self.completed(&Aabb { extent, ..self.volume })
+        {
+            self.volume = whole;
+        }
+    }
+
     /// The whole object, given how large it is known to be: a side that is cut is put where the
     /// opposite side says. `None` when left and right are cut, and nothing says where it is.
     pub fn completed(&self, known: &Aabb) -> Option<Aabb> {

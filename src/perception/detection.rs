@@ -67,6 +67,8 @@ pub struct Detection {
     pub mask: Vec<MaskRun>,
     /// Its box in the world frame; `None` before it is measured, or without depth or camera pose.
     pub measured: Option<BoxEstimate>,
+    /// How large objects of its type are, in metres, where the labelled examples agree about it.
+    pub usual_extent: Option<[f64; 3]>,
     /// The name that a phrase of the goal gives it; `None` before phrases are merged, or when none
     /// speaks of it.
     pub phrase: Option<Name>,
@@ -88,6 +90,7 @@ impl Detection {
             score: 1.0,
             mask: Vec::new(),
             measured: None,
+            usual_extent: None,
             phrase: None,
             is_whole_elsewhere: false,
             contradiction: None,

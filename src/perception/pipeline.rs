@@ -21,7 +21,8 @@ use super::{
 use crate::logic::Facts;
 use crate::pddl::{Axiom, Domain, Name, Typed};
 
-/// Gives detections their boxes in the world, where the frame has depth and the camera's pose.
+/// Gives detections their boxes in the world, where the frame has depth and the camera's pose. Sides
+/// that something hides are where the usual size of the type puts them.
 pub fn lift_detections(
     perception: &Perception,
     frame: &FrameView<'_>,
@@ -31,6 +32,9 @@ pub fn lift_detections(
     for detection in detections {
         let spec = perception.type_spec(&detection.type_name);
         detection.measured = spec.and_then(|spec| volume_of(detection, depth, camera, spec.depth));
+        if let Some((measured, extent)) = detection.measured.as_mut().zip(detection.usual_extent) {
+            measured.complete_cut_sides(extent);
+        }
     }
 }
 
