@@ -3,7 +3,7 @@
 //! Every scene is labelled by what is really there, which is used for scoring alone, and for the
 //! labelled examples: these are always made with the camera that they are used for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use image::RgbImage;
 use schemars::JsonSchema;
@@ -17,7 +17,9 @@ use crate::pddl::{Atom, Name};
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::S2s;
 use crate::perception::model::{Exemplar, Exemplars, ObjectBox, Perception};
-use crate::perception::{DepthView, FrameView, ImageView, lift_detections};
+use crate::perception::{
+    DepthView, Detection, FrameView, ImageView, UsualSizes, label_of, lift_detections,
+};
 use crate::run::{ConfigError, DomainFolder, RunConfig};
 
 /// The scene below a domain's folder that is looked at, with one arrangement for each seed.
@@ -26,6 +28,8 @@ pub(super) const SCENE: &str = "scenes/evaluation.toml";
 /// A detection is the labelled object that it overlaps most, by at least this share: less says
 /// that it is something else.
 const IOU_MIN: f64 = 0.3;
+/// A detection that lies wholly inside a labelled object of its colour counts as much as this overlap.
+const PART_WEIGHT: f64 = 0.5;
 
 /// Where the camera stands: its name, and another place than that of the run file.
 pub const CAMERAS: [(&str, Option<Viewpoint>); 3] = [
@@ -133,11 +137,11 @@ pub fn measure(
             .collect();
         for seed in 1..=seeds {
             let look = labeller.look(&folder.files.file(SCENE), seed, from)?;
-            let detected = setup.detect(&look)?;
+            let (detected, labelled) = (setup.detect(&look)?, setup.label(&look)?);
             for row in &mut measured {
                 let objects = match row.objects {
                     Source::Detected => &detected,
-                    Source::Labelled => &look.objects,
+                    Source::Labelled => &labelled,
                 };
                 let said = setup.facts(objects, row.features);
                 row.count(&said, &setup.observed(&look.facts), look.n_hidden);
@@ -193,6 +197,7 @@ struct SetUp<'a> {
     perception: &'a Perception,
     detector: Box<dyn Detector>,
     grounders: Vec<(Used, S2s)>,
+    sizes: UsualSizes,
 }
 
 impl<'a> SetUp<'a> {
@@ -212,7 +217,37 @@ impl<'a> SetUp<'a> {
         }
         let detector =
             folder.detector(&PartChoice::new("perception.detector", "colour"), examples)?;
-        Ok(Self { perception, detector, grounders })
+        let mut sizes = UsualSizes::default();
+        examples.iter().for_each(|(_, example)| sizes.learn(&example.objects));
+        Ok(Self { perception, detector, grounders, sizes })
+    }
+
+    /// How sure it is that a detection is a labelled object: by how much they overlap, or by its
+    /// colour where it is a part of it.
+    fn sameness(&self, label: &Name, detected: &ObjectBox, labelled: &ObjectBox) -> f64 {
+        let (b, whole) = (detected.pixel_box, labelled.pixel_box);
+        let spec = self.perception.type_spec(&labelled.type_name);
+        let is_its_colour = spec.and_then(|spec| label_of(spec, &labelled.name)) == Some(label);
+        let inside = b.intersection(&whole).area() / b.area();
+        let part = if is_its_colour { inside * PART_WEIGHT } else { 0.0 };
+        b.iou(&whole).max(part)
+    }
+
+    /// The labelled objects, measured as a detector's would be.
+    fn label(&self, look: &Look) -> Result<Vec<ObjectBox>, ConfigError> {
+        let detection = |object: &ObjectBox| Detection {
+            mask: object
+                .mask
+                .as_ref()
+                .map(|mask| mask.iter().copied().collect())
+                .unwrap_or_default(),
+            usual_extent: self.sizes.of(&object.type_name),
+            ..Detection::new(object.type_name.clone(), object.type_name.clone(), object.pixel_box)
+        };
+        let mut detections: Vec<Detection> = look.objects.iter().map(detection).collect();
+        lift_detections(self.perception, &frame_of(look)?, &mut detections);
+        let named = look.objects.iter().zip(detections);
+        Ok(named.map(|(object, detection)| detection.object(object.name.clone())).collect())
     }
 
     fn combinations(&self) -> impl Iterator<Item = (Source, Used)> {
@@ -222,27 +257,31 @@ impl<'a> SetUp<'a> {
 
     /// The detector's objects, under the names of the labelled ones that they are.
     fn detect(&mut self, look: &Look) -> Result<Vec<ObjectBox>, ConfigError> {
-        let (width, height) = (look.image.width() as usize, look.image.height() as usize);
-        let fault = |reason: String| ConfigError::File { path: SCENE.to_owned(), reason };
-        let view =
-            ImageView::new(width, height, look.image.as_raw()).map_err(|e| fault(e.to_string()))?;
-        let depth =
-            DepthView::new(width, height, &look.depth_m).map_err(|e| fault(e.to_string()))?;
+        let frame = frame_of(look)?;
+        let Some(view) = frame.image else { return Ok(Vec::new()) };
         let mut detections = self.detector.detect(&view, &[])?;
         detections.take_back_outside(); // as in the loop, where depth and pose are known
         let mut detections = detections.objects;
-        let frame = FrameView { image: Some(view), depth: Some(depth), camera: Some(&look.model) };
         lift_detections(self.perception, &frame, &mut detections);
         let nameless = detections.iter().enumerate();
         let mut objects: Vec<ObjectBox> =
             nameless.map(|(i, d)| d.object(Name::new(format!("unknown{i}")))).collect();
-        for labelled in &look.objects {
-            let iou = |o: &ObjectBox| o.pixel_box.iou(&labelled.pixel_box);
-            let same = objects.iter_mut().filter(|o| o.type_name == labelled.type_name);
-            let nearest = same.max_by(|a, b| iou(a).total_cmp(&iou(b)));
-            if let Some(nearest) = nearest.filter(|o| iou(o) >= IOU_MIN) {
-                nearest.name = labelled.name.clone();
+        let setup = &*self;
+        let pairs = objects.iter().enumerate().flat_map(|(i, o)| {
+            let same = look.objects.iter().filter(|l| l.type_name == o.type_name);
+            let label = &detections[i].label;
+            same.map(move |labelled| (setup.sameness(label, o, labelled), i, &labelled.name))
+        });
+        let mut pairs: Vec<_> = pairs.filter(|(iou, ..)| *iou >= IOU_MIN).collect();
+        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut named: BTreeMap<usize, &Name> = BTreeMap::new();
+        for (_, i, name) in pairs {
+            if !named.contains_key(&i) && named.values().all(|taken| *taken != name) {
+                named.insert(i, name);
             }
+        }
+        for (i, name) in named {
+            objects[i].name = name.clone();
         }
         Ok(objects)
     }
@@ -260,6 +299,16 @@ impl<'a> SetUp<'a> {
             |atom: &&Atom| self.perception.observed_predicates().any(|p| *p == atom.predicate);
         facts.iter().filter(observed).cloned().collect()
     }
+}
+
+/// What the camera shows of a scene.
+fn frame_of(look: &Look) -> Result<FrameView<'_>, ConfigError> {
+    let (width, height) = (look.image.width() as usize, look.image.height() as usize);
+    let fault = |reason: String| ConfigError::File { path: SCENE.to_owned(), reason };
+    let view =
+        ImageView::new(width, height, look.image.as_raw()).map_err(|e| fault(e.to_string()))?;
+    let depth = DepthView::new(width, height, &look.depth_m).map_err(|e| fault(e.to_string()))?;
+    Ok(FrameView { image: Some(view), depth: Some(depth), camera: Some(&look.model) })
 }
 
 impl Used {

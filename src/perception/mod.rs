@@ -7,6 +7,7 @@ mod box_estimate;
 mod observation;
 mod detection;
 mod edge_depth;
+mod usual_size;
 mod lifting;
 mod silhouette;
 mod naming;
@@ -35,4 +36,5 @@ pub use phrases::{
 pub use pipeline::{Pipeline, State, lift_detections};
 pub use proprioception::{GripperContent, proprioception};
 pub use still::{GroundedImage, NamedObjects, StillError, detect_objects, ground_image};
+pub use usual_size::UsualSizes;
 pub use views::{ImageError, ImageView};

@@ -1,22 +1,13 @@
 //! What surrounds every detector: things that no object explains, and objects that stand elsewhere
 //! than the labelled ones.
 
-use std::collections::BTreeMap;
-
 use super::light::Normaliser;
 use super::scenery::Scenery;
 use super::{Detector, DetectorError};
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception};
-use crate::perception::{Detection, Detections, ImageView, Outside};
-
-/// Sizes that differ by at most this share are one.
-const SAME_SIZE_MAX: f64 = 0.15;
-/// So many objects at least,
-const ALIKE_MIN: usize = 3;
-/// and this share of them, must have one size for others to be taken to have it.
-const ALIKE_SHARE_MIN: f64 = 0.8;
+use crate::perception::{Detection, Detections, ImageView, Outside, UsualSizes};
 
 /// A detector with an eye on what it leaves out.
 pub struct Watchful {
@@ -24,7 +15,7 @@ pub struct Watchful {
     /// Types whose names the domain lists, and how many.
     fixtures: Vec<(Name, usize)>,
     /// How large labelled objects are in the world, by type.
-    extents: BTreeMap<Name, Vec<[f64; 3]>>,
+    sizes: UsualSizes,
     scenery: Scenery,
     normaliser: Normaliser,
 }
@@ -35,7 +26,7 @@ impl Watchful {
         let listed = perception.types.iter().filter(|spec| !spec.naming.list.is_empty());
         let fixtures = listed.map(|spec| (spec.name.clone(), spec.naming.list.len())).collect();
         let (scenery, normaliser) = (Scenery::default(), Normaliser::default());
-        Self { inner, fixtures, extents: BTreeMap::new(), scenery, normaliser }
+        Self { inner, fixtures, sizes: UsualSizes::default(), scenery, normaliser }
     }
 
     /// Moves what stands elsewhere than objects do to `outside`.
@@ -75,21 +66,6 @@ fn boxes(found: &[Detection]) -> Vec<PixelBox> {
     found.iter().map(|detection| detection.pixel_box).collect()
 }
 
-/// The size that all have, about; `None` when they differ, or are not as deep as wide: then nothing
-/// says which way one stands.
-fn usual_extent(extents: &[[f64; 3]]) -> Option<[f64; 3]> {
-    let middle = [0, 1, 2].map(|axis| {
-        let mut values: Vec<f64> = extents.iter().map(|extent| extent[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
-    });
-    let is_near = |a: f64, b: f64| (a - b).abs() <= SAME_SIZE_MAX * b;
-    let near = |extent: &&[f64; 3]| extent.iter().zip(middle).all(|(a, b)| is_near(*a, b));
-    let n_alike = extents.iter().filter(near).count();
-    let is_told = n_alike as f64 >= ALIKE_SHARE_MIN * extents.len() as f64;
-    (n_alike >= ALIKE_MIN && is_told && is_near(middle[0], middle[1])).then_some(middle)
-}
-
 impl std::fmt::Debug for Watchful {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Watchful").field("scenery", &self.scenery).finish_non_exhaustive()
@@ -100,9 +76,7 @@ impl Detector for Watchful {
     fn learn(&mut self, image: &ImageView<'_>, objects: &[ObjectBox]) -> Result<(), DetectorError> {
         self.inner.learn(image, objects)?;
         self.scenery.learn(image, objects);
-        for (object, volume) in objects.iter().filter_map(|o| o.volume.map(|volume| (o, volume))) {
-            self.extents.entry(object.type_name.clone()).or_default().push(volume.extent);
-        }
+        self.sizes.learn(objects);
         Ok(())
     }
 
@@ -116,8 +90,7 @@ impl Detector for Watchful {
             return Ok(found);
         }
         for detection in &mut found.objects {
-            let extents = self.extents.get(&detection.type_name);
-            detection.usual_extent = extents.and_then(|extents| usual_extent(extents));
+            detection.usual_extent = self.sizes.of(&detection.type_name);
         }
         self.leave_out(&mut found, image.height());
         let light = self.scenery.light();

@@ -143,6 +143,7 @@ impl ColourDetector {
             fits(region, appearance, &limits, &|x, y| is_body(*class, x, y))
         });
         found.retain(|(_, _, region)| stands_out(image, region));
+        drop_surplus(spec, &mut found);
         self.add_stubs(spec, &limits, &mut found);
         let heights = found.iter().map(|(_, _, r)| r.pixel_box().height()).collect();
         let usual = median(heights).min(limits.lowest().unwrap_or(f64::INFINITY));
@@ -242,6 +243,20 @@ impl Detector for ColourDetector {
         };
         Ok(Detections { objects, phrases, ..Detections::default() })
     }
+}
+
+/// Where the names of a type say how many there are, and more are found: the highest are those.
+fn drop_surplus(spec: &TypeSpec, found: &mut Vec<Piece<'_>>) {
+    let n_known = spec.naming.list.len();
+    if n_known == 0 || found.len() <= n_known {
+        return;
+    }
+    let height = |piece: &Piece<'_>| piece.2.pixel_box().height();
+    let mut heights: Vec<f64> = found.iter().map(height).collect();
+    heights.sort_by(|a, b| b.total_cmp(a));
+    let least = heights[n_known - 1];
+    found.retain(|piece| height(piece) >= least);
+    found.truncate(n_known);
 }
 
 /// The median; 0 of none.
