@@ -26,6 +26,22 @@ pub(super) struct Shade {
     pub(super) l: f32,
 }
 
+/// The direction of a colour from grey, in degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hue(f32);
+
+impl Hue {
+    /// The hue of a colour.
+    pub(super) fn of(lab: Lab) -> Self {
+        Self(lab.b.atan2(lab.a).to_degrees())
+    }
+
+    /// How far it is to another hue, the shorter way round: from -180 to 180.
+    pub(super) fn turn_to(self, other: Self) -> f32 {
+        (other.0 - self.0 + 180.0).rem_euclid(360.0) - 180.0
+    }
+}
+
 impl Lab {
     /// Converts from sRGB.
     ///

@@ -2,7 +2,7 @@
 //! between two others.
 
 use crate::perception::ImageView;
-use crate::perception::detectors::lab::Lab;
+use crate::perception::detectors::lab::{Hue, Lab};
 use crate::perception::detectors::regions::Region;
 
 /// About how many pixels of a patch are looked at.
@@ -57,16 +57,14 @@ fn is_of_hues_between(
     region: &Region,
     [_, _, above, below]: &[Vec<(i64, i64)>; 4],
 ) -> bool {
-    let hue = |lab: Lab| lab.b.atan2(lab.a).to_degrees();
     let side = |places: &[(i64, i64)]| {
         let pixel =
             |(x, y): (i64, i64)| image.pixel(usize::try_from(x).ok()?, usize::try_from(y).ok()?);
-        median_colour(places.iter().filter_map(|at| pixel(*at)).collect()).map(hue)
+        median_colour(places.iter().filter_map(|at| pixel(*at)).collect()).map(Hue::of)
     };
-    let own = middle_colour(image, region).map(hue);
+    let own = middle_colour(image, region).map(Hue::of);
     let Some(((own, above), below)) = own.zip(side(above)).zip(side(below)) else { return true };
-    let turn = |from: f32, to: f32| (to - from + 180.0).rem_euclid(360.0) - 180.0;
-    let (arc, at) = (turn(above, below), turn(above, own));
+    let (arc, at) = (above.turn_to(below), above.turn_to(own));
     let (low, high) = (arc.min(0.0) - SEAM_HUE_MARGIN, arc.max(0.0) + SEAM_HUE_MARGIN);
     (low..=high).contains(&at)
 }
@@ -94,7 +92,7 @@ fn share<T>(items: impl Iterator<Item = T>, fulfils: impl Fn(T) -> bool) -> f64 
 }
 
 /// The channel-wise median over the patch; `None` when it lies outside the image.
-fn middle_colour(image: &ImageView<'_>, region: &Region) -> Option<Lab> {
+pub(super) fn middle_colour(image: &ImageView<'_>, region: &Region) -> Option<Lab> {
     let step = (region.area() / SAMPLES).max(1);
     let pixels = region.runs.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
     let colours: Vec<[u8; 3]> =

@@ -28,7 +28,7 @@ use crate::perception::{Detection, Detections, ImageView};
 use blob_filters::{is_seam, stands_out};
 use edges::{InnerSteps, split};
 use outline::{SizeLimits, Sizes, find, find_stubs, fits};
-use pieces::{Piece, joined, joined_behind};
+use pieces::{Piece, joined, joined_behind, joined_faces};
 
 /// Finds patches of declared colours.
 #[derive(Debug, Clone)]
@@ -138,6 +138,7 @@ impl ColourDetector {
         found.retain(|(_, _, region)| limits.may_contain_height(&region.pixel_box()));
         if let Some(width_max) = limits.widest() {
             found = joined(found, (image, &frame.ground), width_max);
+            found = joined_faces(found, image, limits.highest().unwrap_or(0.0));
         }
         found.retain(|(class, _, region)| {
             fits(region, appearance, &limits, &|x, y| is_body(*class, x, y))

@@ -126,7 +126,7 @@ impl SizeLimits {
     }
 
     /// Height of the highest labelled object.
-    fn highest(&self) -> Option<f64> {
+    pub(super) fn highest(&self) -> Option<f64> {
         self.labelled.map(|labelled| labelled.height[1])
     }
 

@@ -5,10 +5,11 @@
 //! together than a labelled object, and nothing says that there are two: no ground between them, and
 //! no edge where they touch.
 
+use super::blob_filters::middle_colour;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
-use crate::perception::detectors::lab::Lab;
+use crate::perception::detectors::lab::{Hue, Lab, Shade};
 use crate::perception::detectors::light::Ground;
 use crate::perception::detectors::regions::Region;
 
@@ -24,6 +25,12 @@ const TOUCH_MAX: f64 = 3.0;
 const EDGE_MIN: f32 = 16.0;
 /// Most of the pixels between two pieces that may be ground, as a share.
 const GROUND_SHARE_MAX: f64 = 0.3;
+/// Top and front of a body are this much as wide as both,
+const FACE_WIDTH_MIN: f64 = 0.8;
+/// meet within this share of their height,
+const FACE_OVERLAP_MAX: f64 = 0.35;
+/// and differ by at most this hue, in degrees.
+const HUE_MAX: f32 = 12.0;
 /// Rests of one object and what is before it fill this share of the box around them.
 const BEHIND_SHARE_MIN: f64 = 0.8;
 /// About how many pixels of a border or a gap are looked at.
@@ -67,6 +74,55 @@ pub(super) fn joined<'a>(
     }
     bodies.sort_by_key(|(place, ..)| *place);
     bodies.into_iter().map(|(.., body)| body).collect()
+}
+
+/// Joins the lit top of a body and its front in shade where they have two colour names: one upon the
+/// other, as wide, together no higher than a labelled object, and of one hue. The more saturated of
+/// the two tells the paint; it names the body.
+pub(super) fn joined_faces<'a>(
+    pieces: Vec<Piece<'a>>,
+    image: &ImageView<'_>,
+    height_max: f64,
+) -> Vec<Piece<'a>> {
+    let mut bodies: Vec<Piece<'a>> = Vec::new();
+    for piece in pieces {
+        let b = piece.2.pixel_box();
+        let of_one = |body: &Piece<'a>| {
+            let other = body.2.pixel_box();
+            body.0 != piece.0
+                && are_faces(&b, &other, height_max)
+                && hue_of(image, &piece.2)
+                    .zip(hue_of(image, &body.2))
+                    .is_some_and(|(a, b)| a.1.turn_to(b.1).abs() <= HUE_MAX)
+        };
+        match bodies.iter().position(of_one) {
+            Some(i) => {
+                let (class, name, region) = bodies.remove(i);
+                let saturation = |r: &Region| hue_of(image, r).map_or(0.0, |(s, _)| s);
+                let is_paint = saturation(&piece.2) > saturation(&region);
+                let (class, name) = if is_paint { (piece.0, piece.1) } else { (class, name) };
+                bodies.insert(i, (class, name, region.joined(piece.2)));
+            }
+            None => bodies.push(piece),
+        }
+    }
+    bodies
+}
+
+/// Whether two boxes could be the top and the front of one object.
+fn are_faces(a: &PixelBox, b: &PixelBox, height_max: f64) -> bool {
+    let (upper, lower) = if a.y1 <= b.y1 { (a, b) } else { (b, a) };
+    let whole = upper.hull(lower);
+    let common = upper.x2.min(lower.x2) - upper.x1.max(lower.x1);
+    (upper.y2 - lower.y1).abs() <= FACE_OVERLAP_MAX * whole.height()
+        && common >= FACE_WIDTH_MIN * whole.width()
+        && whole.height() <= WIDTH_MULTIPLE_MAX * height_max
+}
+
+/// Saturation and hue of a region's middle colour.
+fn hue_of(image: &ImageView<'_>, region: &Region) -> Option<(f32, Hue)> {
+    let lab = middle_colour(image, region)?;
+    Some((Shade::of(lab).saturation(), Hue::of(lab)))
 }
 
 /// Joins pieces of one colour that are the rests of one object behind another body: together no
