@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::reports::{ExpectedObject, GoalPhrase, GoalReport};
+use super::services::ServiceArgs;
 use super::{Failure, out};
 use crate::geometry::PixelBox;
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal, Phrase, Referent};
@@ -32,6 +33,8 @@ pub(super) struct Args {
     /// The options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
+    #[command(flatten)]
+    services: ServiceArgs,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -58,6 +61,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         objects.extend(typed);
     }
     let choice = choice("--kind", &args.kind, args.options.as_deref())?;
+    let choice = choice.with_answers(args.services.answers());
     let inputs = GoalInputs {
         perception: Some(&folder.perception),
         ..GoalInputs::words("--instruction", &args.instruction, folder.language.as_ref())

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::goal::choice;
 use super::plan::planner;
 use super::reports::{GroundReport, GroundedObject, OutsideThing, lists, steps_of};
+use super::services::ServiceArgs;
 use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
 use crate::parts::PartContext;
@@ -61,6 +62,8 @@ pub(super) struct Args {
     /// The planner's own options: a TOML file with what `[planner.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     planner_options: Option<PathBuf>,
+    #[command(flatten)]
+    services: ServiceArgs,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -75,7 +78,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let parts = StillImageParts {
         folder: Arc::clone(&folder),
         examples: Arc::new(vec![example]),
-        detector: choice("--detector", &args.detector, options)?,
+        detector: choice("--detector", &args.detector, options)?
+            .with_answers(args.services.answers()),
         grounder: choice("--grounder", &args.grounder, None)?,
     };
     let mut reader = parts.reader()?;
@@ -110,6 +114,7 @@ fn read_goal(
     };
     let kind = args.goal_kind.as_deref().unwrap_or(kind);
     let choice = choice("--goal-kind", kind, args.goal_options.as_deref())?;
+    let choice = choice.with_answers(args.services.answers());
     let inputs = GoalInputs {
         perception: Some(&folder.perception),
         read_image: Some(parts.into_read_image()),

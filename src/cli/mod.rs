@@ -15,6 +15,7 @@ mod plan;
 mod reports;
 mod run;
 mod schema;
+mod services;
 mod stress;
 mod validate;
 

@@ -10,6 +10,7 @@ use tokio::sync::watch;
 use super::narrate::{Narrator, Style};
 use super::out::Stream;
 use super::reports::RunReport;
+use super::services::ServiceArgs;
 use super::table::{self, right};
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
@@ -46,6 +47,8 @@ pub(super) struct Args {
     /// What `$data` stands for in the run file.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    services: ServiceArgs,
     /// Writes a picture of what was understood, of the first settled cycle with a plan.
     #[arg(long, value_name = "FILE.png")]
     snapshot: Option<PathBuf>,
@@ -62,7 +65,8 @@ pub(super) struct Args {
 
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
-    let mut config = load_run(&args.config, &args.sets)?;
+    let sets = [args.sets.clone(), args.services.sets()].concat();
+    let mut config = load_run(&args.config, &sets)?;
     config.seed = args.seed.unwrap_or(config.seed);
     config.run = args.run.clone().or(config.run);
     args.snapshot.as_deref().map_or(Ok(()), has_a_folder)?;

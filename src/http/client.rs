@@ -10,7 +10,7 @@ use tokio::sync::mpsc;
 
 use super::request::redacted;
 use super::retry::{self, Fault};
-use super::{Header, Method, Reply, Request, RetryPolicy, WebError, shown_url};
+use super::{Answers, Header, Method, Reply, Request, RetryPolicy, WebError, shown_url};
 use crate::clock::monotonic_ns;
 use crate::mismatch::quoted;
 
@@ -24,6 +24,7 @@ const MESSAGE_CHARS_MAX: usize = 300;
 #[derive(Debug, Clone)]
 pub struct Client {
     jobs: mpsc::Sender<Job>,
+    answers: Option<Answers>,
 }
 
 /// One request on its way to the client's thread.
@@ -59,7 +60,33 @@ impl Client {
             .name("web".to_owned())
             .spawn(move || runtime.block_on(work))
             .map_err(|e| broken(e.to_string()))?;
-        Ok(Self { jobs })
+        Ok(Self { jobs, answers: None })
+    }
+
+    /// The same client with a folder of recorded answers.
+    pub fn with_answers(self, answers: Option<Answers>) -> Self {
+        Self { answers, ..self }
+    }
+
+    /// Whether there is a folder of recorded answers, so that a key may not be needed.
+    pub fn has_answers(&self) -> bool {
+        self.answers.is_some()
+    }
+
+    /// The answer to a request: a recorded one, else what `ask` gets, which is recorded where there is
+    /// a folder for it. `ask` may send several requests; it must refuse what is not worth keeping.
+    ///
+    /// # Errors
+    /// As [`Answers::answer`].
+    pub fn answer<E: From<WebError>>(
+        &self,
+        request: &Request,
+        ask: impl FnOnce() -> Result<Value, E>,
+    ) -> Result<Value, E> {
+        match &self.answers {
+            Some(answers) => answers.answer(request, ask),
+            None => ask(),
+        }
     }
 
     /// Sends a request and waits for the reply, trying again where that may help.

@@ -80,6 +80,19 @@ pub enum WebError {
         /// The reply, cut.
         message: String,
     },
+    /// There is no recorded answer, and the server may not be asked.
+    #[error(
+        "{url}: no recorded answer {key} in {folder}: leave out --offline (services.offline) once, \
+         while the service is there, or take the folder that has this answer"
+    )]
+    NotRecorded {
+        /// Where, without secrets.
+        url: String,
+        /// What the answer would be called: the hash of the question.
+        key: String,
+        /// Where it was looked for.
+        folder: String,
+    },
     /// The server's reply is too long.
     #[error("{url}: expected a reply of at most {bytes_max} bytes (reply_bytes_max), got more")]
     TooLong {
@@ -94,7 +107,10 @@ impl WebError {
     /// Whether the service cannot be reached or does not answer: another time it may.
     pub fn is_absent(&self) -> bool {
         match self {
-            Self::NoConnection { .. } | Self::Silent { .. } | Self::Deadline { .. } => true,
+            Self::NoConnection { .. }
+            | Self::Silent { .. }
+            | Self::Deadline { .. }
+            | Self::NotRecorded { .. } => true,
             Self::Status { status, .. } => matches!(status, 429 | 500..),
             Self::Request { .. }
             | Self::Client { .. }

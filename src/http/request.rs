@@ -59,13 +59,30 @@ pub struct Request {
     pub body: Option<Value>,
     /// Further words that no message may show, such as a key in the body or the query.
     pub secrets: Vec<String>,
+    /// The images in the body, for records of what was asked.
+    pub images: Vec<SentImage>,
+}
+
+/// An image in a request's body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SentImage {
+    /// As it stands in the body: base64.
+    pub text: String,
+    /// What stands for it where the body is recorded; tells its content by a hash.
+    pub name: String,
 }
 
 impl Request {
     /// A request without a body.
     pub fn get(url: &str) -> Self {
-        let (headers, secrets) = (Vec::new(), Vec::new());
-        Self { method: Method::Get, url: url.to_owned(), headers, body: None, secrets }
+        Self {
+            method: Method::Get,
+            url: url.to_owned(),
+            headers: Vec::new(),
+            body: None,
+            secrets: Vec::new(),
+            images: Vec::new(),
+        }
     }
 
     /// A request with a body.
@@ -122,6 +139,16 @@ pub fn shown_url(url: &str) -> String {
     let (host, path) = rest.find('/').map_or((rest, ""), |at| rest.split_at(at));
     let host = host.rsplit('@').next().unwrap_or(host);
     format!("{scheme}://{host}{path}")
+}
+
+/// A URL as it may be recorded: without name, password and fragment, and without the parts of its query
+/// that hold a secret.
+pub(super) fn url_without(url: &str, secrets: &[String]) -> String {
+    let shown = redacted(&shown_url(url), secrets);
+    let query = url.split('#').next().and_then(|url| Some(url.split_once('?')?.1));
+    let parts = query.into_iter().flat_map(|query| query.split('&'));
+    let plain: Vec<&str> = parts.filter(|part| redacted(part, secrets) == *part).collect();
+    if plain.is_empty() { shown } else { format!("{shown}?{}", plain.join("&")) }
 }
 
 /// A text without its secret words.

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use super::{PartError, Role, read_file};
+use crate::http::Answers;
 use crate::mismatch::Mismatch;
 use crate::settings::read_options;
 
@@ -23,6 +24,8 @@ pub struct PartChoice {
     pub file: String,
     /// What relative paths in the options start from.
     pub folder: PathBuf,
+    /// The recorded answers of services, for parts that ask one.
+    pub answers: Option<Answers>,
 }
 
 impl PartChoice {
@@ -34,7 +37,13 @@ impl PartChoice {
             options: toml::Table::new(),
             file: String::new(),
             folder: PathBuf::new(),
+            answers: None,
         }
+    }
+
+    /// The same part with recorded answers of services.
+    pub fn with_answers(self, answers: Option<Answers>) -> Self {
+        Self { answers, ..self }
     }
 
     /// The same part with options from a file; relative paths start from its folder.

@@ -29,7 +29,9 @@ pub(crate) use find::given_domain;
 pub use hardware::HardwarePorts;
 pub use load::{Layered, load_run, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
-pub use run_file::{DetectorMode, GoalConfig, PerceptionConfig, RobotConfig, RunConfig};
+pub use run_file::{
+    DetectorMode, GoalConfig, PerceptionConfig, RobotConfig, RunConfig, ServicesConfig,
+};
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};
 pub use still_image::{StillImageParts, StillImageReader};

@@ -14,6 +14,7 @@ use crate::files::{FileRef, Folder};
 #[cfg(feature = "sim")]
 use crate::hardware::sim::{fault_mismatches, read_scene};
 use crate::hardware::{EXTERNAL, FaultConfig};
+use crate::http::Answers;
 use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartChoice;
 use crate::pddl::Name;
@@ -50,6 +51,8 @@ pub struct RunConfig {
     pub clock: ClockKind,
     /// Where the goal comes from.
     pub goal: GoalConfig,
+    /// The services that goal source and detector ask.
+    pub services: ServicesConfig,
     /// Where frames come from.
     pub camera: CameraConfig,
     /// Other cameras, by their names.
@@ -92,6 +95,17 @@ pub struct GoalConfig {
     /// The options of what reads the goal.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
+}
+
+/// `[services]`: what services have answered.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ServicesConfig {
+    /// A folder of recorded answers: what was asked before is answered from there, what was not is
+    /// asked and recorded. Without the key nothing is recorded.
+    pub answers: Option<String>,
+    /// Whether recorded answers are all there is: then no service is asked.
+    pub offline: bool,
 }
 
 /// `[perception]`: detector, grounder, labelled examples, tracking.
@@ -178,6 +192,10 @@ impl RunConfig {
             let got = "\"async\" in lockstep, where every frame waits for its answer";
             let expected = "\"sync\", or clock = \"realtime\"";
             found.push(Mismatch::new("perception.detector_mode", expected, got));
+        }
+        if self.services.offline && self.services.answers.is_none() {
+            let expected = "false, or a folder as services.answers";
+            found.push(Mismatch::new("services.offline", expected, true));
         }
         found.extend(self.planner.check().err());
         found.extend(self.robot.mismatches());
@@ -266,6 +284,15 @@ impl RunConfig {
         let PerceptionConfig { detector, options, .. } = &self.perception;
         PartChoice::new("perception.detector", detector)
             .with_options(options.as_ref(), self.origin.path())
+            .with_answers(self.recorded_answers())
+    }
+
+    /// The recorded answers of services; the folder starts from that of the run file.
+    pub(super) fn recorded_answers(&self) -> Option<Answers> {
+        let folder = self.services.answers.as_ref()?;
+        let path = self.origin.path();
+        let beside = path.parent().map(|beside| beside.join(folder));
+        Some(Answers::new(beside.unwrap_or_else(|| folder.into()), self.services.offline))
     }
 
     /// The grounder that is chosen.

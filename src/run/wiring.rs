@@ -270,8 +270,9 @@ fn goal_source(
         grounder: config.grounder_choice(),
     };
     let GoalConfig { kind, text, options } = &config.goal;
-    let choice =
-        PartChoice::new("goal.kind", kind).with_options(options.as_ref(), config.origin.path());
+    let choice = PartChoice::new("goal.kind", kind)
+        .with_options(options.as_ref(), config.origin.path())
+        .with_answers(config.recorded_answers());
     let text = in_data("goal.text", text, data)?;
     let inputs = GoalInputs {
         origin: &format!("{}: goal.text", config.origin),

@@ -16,6 +16,7 @@ struct Renamed {
 
 /// Every renamed key, in the order of the old names.
 const RENAMED: &[Renamed] = &[
+    Renamed::same("goal.options.cache", "services.answers"),
     Renamed::same("goal.options.patience", "goal.options.retry"),
     Renamed::same("limits.late_plans_max", "limits.planner_timeouts_max"),
     Renamed::same("limits.looks_max", "limits.observations_max"),
@@ -51,8 +52,13 @@ pub(super) fn rename(
 ) {
     let here = |key: &'static str| key.strip_prefix(within);
     for Renamed { old, new, value } in RENAMED {
-        let (Some(old_here), Some(new_here)) = (here(old), here(new)) else { continue };
+        let Some(old_here) = here(old) else { continue };
         let Some(Entry { key, value: found }) = tree.remove(old_here) else { continue };
+        let Some(new_here) = here(new) else {
+            let message = format!("renamed, and not of this table any more: write {new}");
+            problems.push(SettingsProblem::at(sources, &key, old, message));
+            continue;
+        };
         if tree.get(new_here).is_some() {
             let message = format!("this is the old name of {new}, which is here too");
             problems.push(SettingsProblem::at(sources, &key, old, message));

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Deserialize;
 
+use super::super::services::ServiceArgs;
 use super::super::{Failure, out};
 use super::prodgv_tables::{print_details, print_report};
 use crate::eval::prodgv::matching::ordered_pairs;
@@ -15,6 +16,7 @@ use crate::eval::prodgv::{
 };
 use crate::files::Folder;
 use crate::goals::GOALS;
+use crate::http::Answers;
 use crate::parts::{PartChoice, PartContext, Registry, Role};
 use crate::perception::detectors::DETECTORS;
 use crate::perception::grounders::GROUNDERS;
@@ -44,6 +46,8 @@ pub(super) struct Args {
     /// source, `[goal.options]`.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
+    #[command(flatten)]
+    services: ServiceArgs,
     /// Evaluates this domain only; may be repeated.
     #[arg(long, value_name = "NAME")]
     domain: Vec<String>,
@@ -101,6 +105,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let file = args.options.as_deref().unwrap_or(Path::new(""));
     let detections = detections(&args.detections, options.perception.options.as_ref(), file)?;
     let goals = goals(&args.goals, options.goal.options.as_ref(), file)?;
+    let (detections, goals) = with_answers(args.services.answers(), detections, goals);
     let repair_goals = args.repair_goals.unwrap_or(args.grounder != REFERENCE);
     let setup = Setup {
         grounder: &PartChoice::new("--grounder", &args.grounder),
@@ -198,6 +203,19 @@ fn goals(name: &str, options: Option<&toml::Table>, file: &Path) -> Result<Goals
         kind if GOALS.get(kind).is_some() => source(kind),
         other => Err(unknown("--goals", &["recorded", "truth", "lexicon"], &GOALS, other)),
     }
+}
+
+/// The same parts with the recorded answers of services.
+fn with_answers(answers: Option<Answers>, boxes: BoxSource, goals: Goals) -> (BoxSource, Goals) {
+    let boxes = match boxes {
+        BoxSource::Detector(choice) => BoxSource::Detector(choice.with_answers(answers.clone())),
+        BoxSource::Recorded | BoxSource::Annotated => boxes,
+    };
+    let goals = match goals {
+        Goals::Source(choice) => Goals::Source(choice.with_answers(answers)),
+        Goals::Recorded | Goals::Truth => goals,
+    };
+    (boxes, goals)
 }
 
 fn unknown<T: Role + ?Sized>(key: &str, own: &[&str], table: &Registry<T>, got: &str) -> Failure {

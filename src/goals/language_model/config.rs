@@ -1,7 +1,5 @@
 //! `[goal.options]` of a goal of kind `language_model`.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -30,8 +28,6 @@ pub(super) struct Options {
     /// Most tokens of an answer.
     #[schemars(range(min = 1))]
     pub(super) tokens_max: u32,
-    /// A folder for answers, so that the same question needs no server a second time.
-    pub(super) cache: Option<PathBuf>,
     /// Bounds of each request, all attempts together.
     pub(super) retry: RetryPolicy,
 }

@@ -5,7 +5,6 @@
 //! what is wrong with it is told to the model, a bounded number of times. Valid is not right: a valid
 //! goal may still be another one than was meant.
 
-mod cache;
 mod config;
 mod gbnf;
 mod candidate_objects;
@@ -14,7 +13,6 @@ mod validate;
 
 use serde_json::Value;
 
-use self::cache::Cache;
 use self::config::{ExampleOption, Options};
 use self::prompt::Example;
 use self::validate::{Judged, Rules};
@@ -46,7 +44,19 @@ struct LanguageModel {
     url: String,
     key: Option<Header>,
     client: Client,
-    cache: Option<Cache>,
+}
+
+/// Why there is no answer.
+#[derive(Debug)]
+enum Unanswered {
+    Web(WebError),
+    Goal(GoalError),
+}
+
+impl From<WebError> for Unanswered {
+    fn from(error: WebError) -> Self {
+        Self::Web(error)
+    }
 }
 
 /// The entry of the table of goal sources.
@@ -65,18 +75,19 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
         let mismatch = Mismatch::new(inputs.origin, expected, inputs.text.len());
         return Err(PartError::Inputs { reason: mismatch.to_string() });
     }
-    let cache = options.cache.as_ref().map(|folder| Cache::new(context.choice.folder.join(folder)));
+    let answers = context.choice.answers.clone();
     let key = match &options.key_env {
         None => None,
         Some(variable) => {
             let key = (context.environment)(variable).filter(|key| !key.trim().is_empty());
-            if key.is_none() && cache.is_none() {
+            if key.is_none() && answers.is_none() {
                 return Err(no_key(variable).into());
             }
             key.map(|key| Header::secret("Authorization", &format!("Bearer {}", key.trim())))
         }
     };
     let client = Client::new(&options.retry)
+        .map(|client| client.with_answers(answers))
         .map_err(|e| PartError::Inputs { reason: format!("goal.options: {e}") })?;
     let base = options.url.trim_end_matches('/');
     let is_whole = base.ends_with("/chat/completions");
@@ -90,7 +101,6 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
         url,
         key,
         client,
-        cache,
     }))
 }
 
@@ -187,33 +197,45 @@ impl LanguageModel {
         Ok((goal, notes))
     }
 
-    /// One answer: kept, or from the server.
+    /// One answer: recorded, or from the server.
     fn ask(&self, body: &Value) -> Result<ChatResponse, GoalError> {
-        if let Some(kept) = self.cache.as_ref().and_then(|cache| cache.get(body)) {
-            tracing::debug!("a kept answer");
-            return Ok(kept);
-        }
         let mut request = Request::post(&self.url, body.clone());
-        match (&self.key, &self.options.key_env) {
-            (Some(key), _) => request = request.with(key.clone()),
-            (None, Some(variable)) => return Err(no_key(variable)),
-            (None, None) => {}
+        if let Some(key) = &self.key {
+            request = request.with(key.clone());
         }
-        let reply = self.client.send(&request).map_err(|error| self.fault(&error))?;
+        let answer = self.client.answer(&request, || self.send(&request));
+        let answer = answer.map_err(|error| match error {
+            Unanswered::Web(error) => self.fault(&error),
+            Unanswered::Goal(error) => error,
+        })?;
+        self.said(&answer)
+    }
+
+    fn send(&self, request: &Request) -> Result<Value, Unanswered> {
+        if let (None, Some(variable)) = (&self.key, &self.options.key_env) {
+            return Err(Unanswered::Goal(no_key(variable)));
+        }
+        let reply = self.client.send(request)?;
         if let Some(usage) = reply.body.get("usage") {
             tracing::info!(%usage, "the model's tokens");
         }
-        let answer = response_of(&reply.body).ok_or_else(|| {
+        self.said(&reply.body).map_err(Unanswered::Goal)?;
+        Ok(reply.body)
+    }
+
+    /// What a reply says.
+    fn said(&self, reply: &Value) -> Result<ChatResponse, GoalError> {
+        response_of(reply).ok_or_else(|| {
             self.refused("expected choices[0].message.content in the reply, got none".to_owned())
-        })?;
-        if let Some(cache) = &self.cache {
-            cache.put(body, &answer);
-        }
-        Ok(answer)
+        })
     }
 
     fn fault(&self, error: &WebError) -> GoalError {
         match (error, &self.options.key_env) {
+            (WebError::NotRecorded { .. }, _) => {
+                let what = format!("the answer of {}", self.options.model);
+                PartError::missing(what, error.to_string()).into()
+            }
             (WebError::NoConnection { .. }, _) => {
                 let what = format!("the language model at {}", shown_url(&self.url));
                 let how = format!("start its server or set goal.options.url ({error})");
@@ -351,7 +373,7 @@ mod tests {
         for (more, wanted) in [
             ("", ""),
             ("key_env = 'SET'", ""),
-            ("key_env = 'UNSET'\ncache = 'answers'", ""),
+            ("cache = 'answers'", "services.answers"),
             ("key_env = 'UNSET'", "the environment variable UNSET is empty or not set"),
             (
                 "attempt_max = 2",

@@ -7,6 +7,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use sha2::{Digest as _, Sha256};
 
 use crate::perception::ImageView;
 
@@ -30,6 +31,13 @@ impl Encoding {
             Self::Png => "image/png",
             Self::Jpeg => "image/jpeg",
         }
+    }
+
+    /// What stands for the frame in records: its size and a hash of its pixels, which no version of an
+    /// encoder changes.
+    pub(super) fn name(self, frame: &ImageView<'_>) -> String {
+        let (mime, width, height) = (self.mime(), frame.width(), frame.height());
+        format!("{mime}, {width} x {height} pixels, sha256 {:x}", Sha256::digest(frame.rgb()))
     }
 
     /// The frame in this encoding, base64.

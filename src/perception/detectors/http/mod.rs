@@ -22,7 +22,7 @@ use super::boxes::clipped;
 use super::colour_namer::ColourNamer;
 use super::{Detector, DetectorError, DetectorInputs};
 use crate::geometry::PixelBox;
-use crate::http::{Client, Reply, Request, RetryPolicy, shown_url};
+use crate::http::{Client, Reply, Request, RetryPolicy, SentImage, shown_url};
 use crate::mismatch::{Mismatch, listed, quoted};
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::perception::model::{ObjectBox, TypeSpec};
@@ -34,6 +34,9 @@ use labels::query_of;
 
 /// Most characters of a service's message that an error repeats.
 const MESSAGE_CHARS_MAX: usize = 300;
+
+/// What `key_env` is.
+const A_KEY: &str = "the name of an environment variable with a key";
 
 /// `[perception.options]` of the detector "http".
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -91,7 +94,7 @@ struct Ask<'a> {
     model: Option<&'a str>,
     /// Base64.
     image: &'a str,
-    mime: &'a str,
+    mime: &'static str,
     queries: &'a [String],
     score_min: f64,
 }
@@ -159,12 +162,12 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
             return Err(context.bad_option("url", expected, "none"));
         }
     };
-    let key = options.key_env.as_deref().map(|name| {
-        (context.environment)(name).filter(|key| !key.is_empty()).ok_or_else(|| {
-            let expected = "the name of an environment variable with a key";
-            context.bad_option("key_env", expected, format!("{name}, which is not set"))
-        })
-    });
+    let answers = context.choice.answers.clone();
+    let variable = options.key_env.as_deref();
+    let key = variable.and_then(context.environment).filter(|key| !key.is_empty());
+    if let (Some(name), None, None) = (variable, &key, &answers) {
+        return Err(context.bad_option("key_env", A_KEY, format!("{name}, which is not set")));
+    }
     let DetectorInputs { perception, .. } = context.inputs;
     let prompts: Vec<String> = perception.types.iter().map(prompt_of).collect();
     if let Some((i, prompt)) = prompts.iter().enumerate().find(|(i, p)| prompts[..*i].contains(p)) {
@@ -173,15 +176,9 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
             format!("type.{type_name}.prompt: expected a prompt of its own, got {prompt}");
         return Err(PartError::file("perception.toml", message));
     }
-    let (client, colour_namer) = (client(&options.retry)?, ColourNamer::new(perception)?);
-    Ok(Box::new(HttpDetector {
-        key: key.transpose()?,
-        options,
-        url,
-        client,
-        colour_namer,
-        prompts,
-    }))
+    let client = client(&options.retry)?.with_answers(answers);
+    let colour_namer = ColourNamer::new(perception)?;
+    Ok(Box::new(HttpDetector { key, options, url, client, colour_namer, prompts }))
 }
 
 fn client(policy: &RetryPolicy) -> Result<Client, DetectorError> {
@@ -210,8 +207,10 @@ impl Detector for HttpDetector {
         phrases: &[String],
     ) -> Result<Detections, DetectorError> {
         let fault = |e: ::image::ImageError| self.reply_error(&e.to_string());
-        let text = self.options.image.base64(image).map_err(fault)?;
-        let found = self.boxes(image, &text, &self.prompts)?;
+        let encoding = self.options.image;
+        let text = encoding.base64(image).map_err(fault)?;
+        let sent = SentImage { text, name: encoding.name(image) };
+        let found = self.boxes(image, &sent, &self.prompts)?;
         let types = &self.colour_namer.perception().types;
         let objects: Vec<Detection> = found
             .into_iter()
@@ -220,7 +219,7 @@ impl Detector for HttpDetector {
             })
             .collect();
         let objects = self.colour_namer.sorted(objects, self.options.duplicate_iou);
-        let places = self.boxes(image, &text, phrases)?.into_iter();
+        let places = self.boxes(image, &sent, phrases)?.into_iter();
         let phrases = places.filter_map(|Found { query_idx, pixel_box, score }| {
             Some(PhraseBox { phrase: phrases.get(query_idx)?.clone(), pixel_box, score })
         });
@@ -249,21 +248,25 @@ impl HttpDetector {
     fn boxes(
         &self,
         image: &ImageView<'_>,
-        text: &str,
+        sent: &SentImage,
         queries: &[String],
     ) -> Result<Vec<Found>, DetectorError> {
         if queries.is_empty() {
             return Ok(Vec::new());
         }
-        let answer = self.ask(&Ask {
+        let ask = Ask {
             url: &self.url,
             key: self.key.as_deref(),
             model: self.options.model.as_deref(),
-            image: text,
+            image: &sent.text,
             mime: self.options.image.mime(),
             queries,
             score_min: self.options.score_min,
-        })?;
+        };
+        let mut request = self.request(&ask);
+        request.images.push(sent.clone());
+        let reply = self.client.answer(&request, || self.ask(&request))?;
+        let answer = self.read(&reply)?;
         let (mut found, mut n_dropped) = (Vec::new(), 0);
         for raw in answer.boxes {
             match self.usable(raw, answer.convention, image, queries) {
@@ -298,30 +301,51 @@ impl HttpDetector {
         Ok(Some(Found { query_idx, pixel_box, score: score as f32 }))
     }
 
-    fn ask(&self, ask: &Ask<'_>) -> Result<Answer, DetectorError> {
-        let read = |answer: Result<Answer, String>| answer.map_err(|e| self.reply_error(&e));
+    /// The request in the service's dialect.
+    fn request(&self, ask: &Ask<'_>) -> Request {
         match self.options.dialect {
-            Dialect::HuggingFace => {
-                read(hugging_face::answer(&self.send(&hugging_face::request(ask))?.body))
-            }
-            Dialect::Roboflow => read(roboflow::answer(&self.send(&roboflow::request(ask))?.body)),
-            Dialect::DinoX => {
-                let task = dinox::task(&self.send(&dinox::request(ask))?.body);
-                self.poll(&task.map_err(|e| self.reply_error(&e))?)
-            }
+            Dialect::HuggingFace => hugging_face::request(ask),
+            Dialect::Roboflow => roboflow::request(ask),
+            Dialect::DinoX => dinox::request(ask),
         }
     }
 
-    /// Asks for a task until it is done.
-    fn poll(&self, uuid: &str) -> Result<Answer, DetectorError> {
+    /// The service's reply, once it is one that can be read.
+    fn ask(&self, request: &Request) -> Result<Value, DetectorError> {
+        if let (Some(name), None) = (&self.options.key_env, &self.key) {
+            return Err(bad_key(A_KEY, &format!("{name}, which is not set")));
+        }
+        let reply = self.send(request)?.body;
+        let reply = match self.options.dialect {
+            Dialect::HuggingFace | Dialect::Roboflow => reply,
+            Dialect::DinoX => {
+                self.poll(&dinox::task(&reply).map_err(|e| self.reply_error(&e))?)?
+            }
+        };
+        self.read(&reply)?;
+        Ok(reply)
+    }
+
+    fn read(&self, reply: &Value) -> Result<Answer, DetectorError> {
+        let answer = match self.options.dialect {
+            Dialect::HuggingFace => hugging_face::answer(reply),
+            Dialect::Roboflow => roboflow::answer(reply),
+            Dialect::DinoX => dinox::status(reply)
+                .and_then(|answer| answer.ok_or_else(|| "expected a task that is done".to_owned())),
+        };
+        answer.map_err(|message| self.reply_error(&message))
+    }
+
+    /// Asks for a task until it is done; what is said of it then.
+    fn poll(&self, uuid: &str) -> Result<Value, DetectorError> {
         let Poll { interval_ms, polls_max } = self.options.poll;
         let request = dinox::status_request(&self.url, uuid, self.key.as_deref());
         for _ in 0..polls_max {
-            let reply = self.send(&request)?;
-            match dinox::status(&reply.body).map_err(|e| self.reply_error(&e))? {
-                Some(answer) => return Ok(answer),
-                None => std::thread::sleep(Duration::from_millis(interval_ms)),
+            let reply = self.send(&request)?.body;
+            if dinox::status(&reply).map_err(|e| self.reply_error(&e))?.is_some() {
+                return Ok(reply);
             }
+            std::thread::sleep(Duration::from_millis(interval_ms));
         }
         let how = format!(
             "it was not there after {polls_max} questions, {interval_ms} ms apart; raise \
