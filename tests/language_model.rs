@@ -340,32 +340,6 @@ fn a_slow_drip_ends_at_the_deadline() {
     assert!(error.to_string().contains("not answered within 200 ms"), "{error}");
 }
 
-#[test]
-fn kept_answers_need_neither_server_nor_key() {
-    let folder = tempfile::tempdir().unwrap();
-    let kept = format!("{LLAMA}\ncache = 'answers'");
-    let bad = "(on red_block)";
-    let server = Server::start(vec![says(bad), says(GOOD)]);
-    let first = read_in(&server.url(), &kept, folder.path(), SAID).unwrap();
-    assert_eq!(server.asked().len(), 2);
-    let again = read_in(&nowhere(), &kept, folder.path(), SAID).unwrap();
-    assert_eq!(first, again, "the corrected answer is kept, too");
-    let keyless = read_with(&nowhere(), &kept, folder.path(), SAID, |_| None);
-    assert_eq!(keyless.unwrap(), first);
-
-    let files: Vec<_> = std::fs::read_dir(folder.path().join("answers")).unwrap().collect();
-    assert_eq!(files.len(), 2);
-    for file in files {
-        let path = file.unwrap().path();
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert!(!text.contains("sesame"), "{text}");
-        std::fs::write(&path, &text[..text.len() / 3]).unwrap();
-    }
-    assert_eq!(read_in(&server.url(), &kept, folder.path(), SAID).unwrap().goal, first.goal);
-    let other = read_in(&nowhere(), &kept, folder.path(), "Put blue on red.");
-    assert!(matches!(other, Err(GoalError::Part(PartError::Missing { .. }))));
-}
-
 /// Calls `groundloop goal` with a model.
 #[track_caller]
 fn goal_verb(url: &str, more: &str, code: i32, wanted: &str) {

@@ -318,9 +318,7 @@ impl HttpDetector {
         let reply = self.send(request)?.body;
         let reply = match self.options.dialect {
             Dialect::HuggingFace | Dialect::Roboflow => reply,
-            Dialect::DinoX => {
-                self.poll(&dinox::task(&reply).map_err(|e| self.reply_error(&e))?)?
-            }
+            Dialect::DinoX => self.poll(&dinox::task(&reply).map_err(|e| self.reply_error(&e))?)?,
         };
         self.read(&reply)?;
         Ok(reply)
