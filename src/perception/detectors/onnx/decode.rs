@@ -1,25 +1,37 @@
 //! A model's outputs as boxes in its input.
 
-use super::description::{BoxForm, Description, InputSpec, OutputSpec, YoloAxes};
+use super::description::{Activation, BoxForm, Description, InputSpec, OutputSpec, YoloAxes};
+use super::masks::Prototypes;
+use super::tensor::Tensor;
 use crate::mismatch::listed;
 
 /// Most candidates of one frame, best scores first: what is beyond is noise, and bounds the search
 /// for doubles.
 const CANDIDATES_MAX: usize = 300;
 
-/// One output as numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tensor {
-    pub(super) shape: Vec<usize>,
-    pub(super) values: Vec<f32>,
-}
-
 /// A box that a model has found: its edges in the input, in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Candidate {
     pub(super) class: usize,
     pub(super) score: f32,
     pub(super) edges: [f64; 4],
+    /// How much of each prototype its mask has; empty without masks.
+    pub(super) weights: Vec<f32>,
+}
+
+impl Candidate {
+    fn new((class, score): (usize, f32), edges: [f64; 4]) -> Self {
+        Self { class, score, edges, weights: Vec::new() }
+    }
+}
+
+/// What a model has found.
+#[derive(Debug, PartialEq)]
+pub(super) struct Decoded<'a> {
+    /// Boxes, best scores first.
+    pub(super) candidates: Vec<Candidate>,
+    /// What their masks are made of, where the model has masks.
+    pub(super) prototypes: Option<Prototypes<'a>>,
 }
 
 impl OutputSpec {
@@ -33,7 +45,9 @@ impl OutputSpec {
                     .map(String::as_str)
                     .collect()
             }
-            Self::Yolo { tensor, .. } => vec![tensor],
+            Self::Yolo { tensor, masks, .. } | Self::EndToEnd { tensor, masks, .. } => {
+                [Some(tensor), masks.as_ref()].into_iter().flatten().map(String::as_str).collect()
+            }
             Self::Centernet { keypoints, distances } => vec![keypoints, distances],
         }
     }
@@ -43,23 +57,36 @@ impl OutputSpec {
 ///
 /// # Errors
 /// The tensor whose shape is not as described.
-pub(super) fn decode(
+pub(super) fn decode<'a>(
     description: &Description,
-    outputs: &[Tensor],
-) -> Result<Vec<Candidate>, String> {
+    outputs: &'a [Tensor],
+) -> Result<Decoded<'a>, String> {
     let Description { input, output, score_min, .. } = description;
-    let mut found = match (output, outputs) {
-        (OutputSpec::Boxes { form, normalised, .. }, [boxes, scores, rest @ ..]) => {
-            let boxes_of = List { name: "boxes", tensor: boxes }.rows(4)?;
-            let scale = if *normalised { sides(input) } else { [1.0; 2] };
-            let scored = scored(scores, rest.first(), boxes_of.len())?;
-            let edges = boxes_of.iter().map(|row| corners(*form, row, scale));
-            let pairs = edges.zip(scored);
-            pairs.map(|(edges, (class, score))| Candidate { class, score, edges }).collect()
+    let prototypes = match (output, outputs) {
+        (OutputSpec::Yolo { .. } | OutputSpec::EndToEnd { .. }, [_, masks]) => {
+            Some(Prototypes::new(masks)?)
         }
-        (OutputSpec::Yolo { axes, objectness, normalised, .. }, [tensor]) => {
-            let scale = if *normalised { sides(input) } else { [1.0; 2] };
-            yolo(tensor, *axes, *objectness, scale)?
+        _ => None,
+    };
+    let n_weights = prototypes.as_ref().map_or(0, Prototypes::len);
+    let scale_of = |normalised: bool| if normalised { sides(input) } else { [1.0; 2] };
+    let mut candidates = match (output, outputs) {
+        (OutputSpec::Boxes { form, normalised, activation, .. }, [boxes, scores, rest @ ..]) => {
+            let boxes_of = List { name: "boxes", tensor: boxes }.rows(4)?;
+            let scale = scale_of(*normalised);
+            let scored = scored((scores, *activation), rest.first(), boxes_of.len())?;
+            let edges = boxes_of.iter().map(|row| corners(*form, row, scale));
+            scored
+                .into_iter()
+                .zip(edges)
+                .map(|(scored, edges)| Candidate::new(scored, edges))
+                .collect()
+        }
+        (OutputSpec::Yolo { axes, objectness, normalised, .. }, [tensor, ..]) => {
+            yolo((tensor, n_weights), *axes, *objectness, scale_of(*normalised))?
+        }
+        (OutputSpec::EndToEnd { normalised, .. }, [tensor, ..]) => {
+            end_to_end((tensor, n_weights), scale_of(*normalised))?
         }
         (OutputSpec::Centernet { .. }, [keypoints, distances]) => {
             centernet(keypoints, distances, input, *score_min)?
@@ -67,10 +94,10 @@ pub(super) fn decode(
         _ => return Err("the model has other outputs than described".to_owned()),
     };
     // Not a number is below every bound.
-    found.retain(|candidate: &Candidate| candidate.score >= *score_min);
-    found.sort_by(|a, b| b.score.total_cmp(&a.score));
-    found.truncate(CANDIDATES_MAX);
-    Ok(found)
+    candidates.retain(|candidate: &Candidate| candidate.score >= *score_min);
+    candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
+    candidates.truncate(CANDIDATES_MAX);
+    Ok(Decoded { candidates, prototypes })
 }
 
 fn sides(input: &InputSpec) -> [f64; 2] {
@@ -110,7 +137,7 @@ impl<'a> List<'a> {
 
 /// Class and score of each of `n` boxes.
 fn scored(
-    scores: &Tensor,
+    (scores, activation): (&Tensor, Activation),
     classes: Option<&Tensor>,
     n: usize,
 ) -> Result<Vec<(usize, f32)>, String> {
@@ -124,8 +151,12 @@ fn scored(
                 ));
             }
         }
-        let numbers = classes.values.iter().map(|class| class.max(0.0).round() as usize);
-        return Ok(numbers.zip(scores.values.iter().copied()).collect());
+        let numbers = classes.values.iter().map(|class| class_number(*class));
+        let shares = scores.values.iter().map(|score| match activation {
+            Activation::Sigmoid => sigmoid(*score),
+            Activation::None | Activation::Softmax => *score,
+        });
+        return Ok(numbers.zip(shares).collect());
     }
     let n_classes = scores.shape.last().copied().unwrap_or(0);
     let rows = List { name: "scores", tensor: scores }.rows(n_classes)?;
@@ -135,7 +166,28 @@ fn scored(
             listed(&scores.shape)
         ));
     }
-    Ok(rows.into_iter().map(best).collect())
+    let best_share = |row: &[f32]| match activation {
+        Activation::None => best(row),
+        Activation::Sigmoid => {
+            let (class, score) = best(row);
+            (class, sigmoid(score))
+        }
+        Activation::Softmax => {
+            // The last class says that there is nothing.
+            let (class, score) = best(row.split_last().map_or(row, |(_, classes)| classes));
+            (class, 1.0 / row.iter().map(|other| (other - score).exp()).sum::<f32>())
+        }
+    };
+    Ok(rows.into_iter().map(best_share).collect())
+}
+
+fn sigmoid(value: f32) -> f32 {
+    1.0 / (1.0 + (-value).exp())
+}
+
+/// A class number that a model tells as a float.
+fn class_number(value: f32) -> usize {
+    value.max(0.0).round() as usize
 }
 
 /// The greatest of a row, and its place; the first of equals.
@@ -144,8 +196,9 @@ fn best(row: &[f32]) -> (usize, f32) {
     pairs.reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or((0, f32::NAN))
 }
 
+/// Candidates with `n_weights` weights of their masks each.
 fn yolo(
-    tensor: &Tensor,
+    (tensor, n_weights): (&Tensor, usize),
     axes: YoloAxes,
     objectness: bool,
     scale: [f64; 2],
@@ -158,8 +211,9 @@ fn yolo(
         YoloAxes::BoxesFirst => (second, first),
     };
     let first_class = 4 + usize::from(objectness);
-    if n_values <= first_class || tensor.values.len() != n_values * n {
-        let expected = format!("more than {first_class} values per box");
+    let n_others = first_class + n_weights;
+    if n_values <= n_others || tensor.values.len() != n_values * n {
+        let expected = format!("more than {n_others} values per box");
         return Err(format!("tensor: expected {expected}, got shape {}", listed(&tensor.shape)));
     }
     let candidate = |i: usize| {
@@ -168,11 +222,27 @@ fn yolo(
             YoloAxes::BoxesFirst => tensor.values[i * n_values + j],
         };
         let row: Vec<f32> = (0..n_values).map(value).collect();
-        let (class, score) = best(&row[first_class..]);
+        let (classes, weights) = row[first_class..].split_at(n_values - n_others);
+        let (class, score) = best(classes);
         let score = if objectness { score * row[4] } else { score };
-        Candidate { class, score, edges: corners(BoxForm::CentreAndSize, &row[..4], scale) }
+        let edges = corners(BoxForm::CentreAndSize, &row[..4], scale);
+        Candidate { class, score, edges, weights: weights.to_vec() }
     };
     Ok((0..n).map(candidate).collect())
+}
+
+/// Objects as they are, with `n_weights` weights of their masks each.
+fn end_to_end(
+    (tensor, n_weights): (&Tensor, usize),
+    scale: [f64; 2],
+) -> Result<Vec<Candidate>, String> {
+    let rows = List { name: "tensor", tensor }.rows(6 + n_weights)?;
+    let object = |row: &[f32]| {
+        let [_, _, _, _, score, class, ref weights @ ..] = *row else { return None };
+        let edges = corners(BoxForm::Corners, row, scale);
+        Some(Candidate { class: class_number(class), score, edges, weights: weights.to_vec() })
+    };
+    Ok(rows.into_iter().filter_map(object).collect())
 }
 
 /// Points that are the greatest among their neighbours in the map of their class.
@@ -207,7 +277,7 @@ fn centernet(
             if score >= score_min && is_peak() {
                 let [l, t, r, b] = [0, 1, 2, 3].map(|side| f64::from(at(distances, side, y, x)));
                 let (px, py) = (stride[0] * x as f64, stride[1] * y as f64);
-                found.push(Candidate { class, score, edges: [px - l, py - t, px + r, py + b] });
+                found.push(Candidate::new((class, score), [px - l, py - t, px + r, py + b]));
             }
         }
     }
@@ -240,7 +310,7 @@ mod tests {
         let description = described(output);
         assert_eq!(description.output.tensors().len(), outputs.len());
         let found = decode(&description, outputs).unwrap();
-        let found: Vec<_> = found.iter().map(|c| (c.class, c.score, c.edges)).collect();
+        let found: Vec<_> = found.candidates.iter().map(|c| (c.class, c.score, c.edges)).collect();
         assert_eq!(found, expect);
     }
 
@@ -277,6 +347,47 @@ mod tests {
     }
 
     #[test]
+    fn scores_that_are_no_shares_become_shares() {
+        let output = "kind = \"boxes\"\nboxes = \"b\"\nscores = \"s\"\n\
+                      form = \"centre_and_size\"\nnormalised = true\nactivation = ";
+        let boxes = tensor(&[1, 2, 4], &[0.375, 0.25, 0.5, 0.25, 0.5, 0.5, 1.0, 1.0]);
+        let logits = tensor(&[1, 2, 3], &[-9.0, 1.0, 0.0, -9.0, -1.0, -9.0]);
+        let edges = [1.0, 1.0, 5.0, 3.0];
+        let outputs = [boxes, logits];
+        check(&format!("{output}\"sigmoid\""), &outputs, &[(1, sigmoid(1.0), edges)]);
+        // Of the last class there is nothing, though its score is the greatest of the second box.
+        let outputs = [outputs[0].clone(), tensor(&[1, 2, 3], &[0.0, 3.0, 0.0, 2.0, 0.0, 3.0])];
+        let share = 1.0 / (1.0 + 2.0 * (-3.0_f32).exp());
+        check(&format!("{output}\"softmax\""), &outputs, &[(1, share, edges)]);
+        assert!((share - 0.91).abs() < 0.01);
+    }
+
+    #[test]
+    fn weights_of_masks_follow_the_classes() {
+        let prototypes = tensor(&[1, 2, 1, 1], &[1.0, 2.0]);
+        let yolo = format!("{YOLO}\nmasks = \"m\"");
+        let row = [3.0, 2.0, 4.0, 2.0, 0.1, 0.9, 7.0, -8.0];
+        let end_to_end =
+            "kind = \"end_to_end\"\ntensor = \"out\"\nnormalised = false\nmasks = \"m\"";
+        let object = [1.0, 1.0, 5.0, 3.0, 0.9, 1.0, 7.0, -8.0];
+        let nothing = [0.0; 8];
+        for (output, tensor) in [
+            (yolo.as_str(), tensor(&[1, 8, 1], &row)),
+            (end_to_end, tensor(&[1, 2, 8], &[object, nothing].concat())),
+        ] {
+            let description = described(output);
+            let outputs = [tensor, prototypes.clone()];
+            let decoded = decode(&description, &outputs).unwrap();
+            let edges = [1.0, 1.0, 5.0, 3.0];
+            let weights = vec![7.0, -8.0];
+            assert_eq!(decoded.candidates, [Candidate { class: 1, score: 0.9, edges, weights }]);
+            assert_eq!(decoded.prototypes.map(|p| p.len()), Some(2));
+        }
+        let plain = end_to_end.replace("\nmasks = \"m\"", "");
+        check(&plain, &[tensor(&[1, 1, 6], &object[..6])], &[(1, 0.9, [1.0, 1.0, 5.0, 3.0])]);
+    }
+
+    #[test]
     fn centernet_peaks_are_boxes() {
         let output = "kind = \"centernet\"\nkeypoints = \"k\"\ndistances = \"d\"";
         // Two classes on a map of 4 x 4: a stride of two pixels.
@@ -297,11 +408,24 @@ mod tests {
     fn other_shapes_are_told_with_the_tensor() {
         let boxes = "kind = \"boxes\"\nboxes = \"b\"\nscores = \"s\"\nclasses = \"c\"\n\
                      form = \"corners\"\nnormalised = false";
+        let end_to_end = "kind = \"end_to_end\"\ntensor = \"out\"\nnormalised = false";
+        let masked = format!("{YOLO}\nmasks = \"m\"");
         let flat = |n: usize| tensor(&[n], &vec![0.0; n]);
         for (output, outputs, expect) in [
             (YOLO, vec![tensor(&[2, 3], &[0.0; 6])], "tensor: expected shape [1, …, …]"),
             (YOLO, vec![tensor(&[1, 4, 1], &[0.0; 4])], "expected more than 4 values per box"),
             (YOLO, Vec::new(), "other outputs than described"),
+            (
+                &masked,
+                vec![tensor(&[1, 7, 1], &[0.0; 7]), tensor(&[2, 2], &[0.0; 4])],
+                "masks: expected shape [1, K, h, w], got 2, 2",
+            ),
+            (
+                &masked,
+                vec![tensor(&[1, 7, 1], &[0.0; 7]), tensor(&[1, 3, 1, 1], &[0.0; 3])],
+                "expected more than 7 values per box",
+            ),
+            (end_to_end, vec![tensor(&[1, 7, 1], &[0.0; 7])], "tensor: expected shape [N, 6]"),
             (boxes, vec![tensor(&[3, 5], &[0.0; 15]), flat(3), flat(3)], "boxes: expected shape"),
             (boxes, vec![tensor(&[1, 4], &[0.0; 4]), flat(3), flat(1)], "scores: expected 1"),
             (boxes, vec![tensor(&[1, 4], &[0.0; 4]), flat(1), flat(2)], "classes: expected 1"),

@@ -30,6 +30,9 @@ pub(super) struct Description {
 pub(super) struct InputSpec {
     /// Its name; without one, the model's only input.
     pub(super) name: Option<String>,
+    /// The input that is told the size of the picture that boxes are in, `[1, 2]` whole numbers, width
+    /// and height: `orig_target_sizes`. It is told the size of the model's input.
+    pub(super) sizes: Option<String>,
     /// Pixels.
     pub(super) width: usize,
     pub(super) height: usize,
@@ -84,15 +87,28 @@ pub(super) enum OutputSpec {
         form: BoxForm,
         /// Whether coordinates are shares of the input's sides instead of its pixels.
         normalised: bool,
+        /// What makes shares of scores that are none.
+        #[serde(default)]
+        activation: Activation,
     },
     /// One tensor of candidates: middle and size of the box, then perhaps how sure it is that there
-    /// is anything, then a score per class.
+    /// is anything, then a score per class, then perhaps the weights of the box's mask.
     Yolo {
         tensor: String,
         axes: YoloAxes,
         /// Whether a value before the classes says how sure it is that there is anything.
         objectness: bool,
         normalised: bool,
+        /// The prototypes of masks, `[1, K, h, w]` over the input; `K` weights follow the classes.
+        masks: Option<String>,
+    },
+    /// One tensor of objects without doubles, `[1, N, 6 + K]`: left, top, right and bottom edge, score,
+    /// class number, then perhaps the weights of the object's mask.
+    EndToEnd {
+        tensor: String,
+        normalised: bool,
+        /// The prototypes of masks, `[1, K, h, w]` over the input.
+        masks: Option<String>,
     },
     /// Maps over the image: per class how much each point is the middle of one, and how far the four
     /// edges are from there, in pixels of the input.
@@ -102,6 +118,19 @@ pub(super) enum OutputSpec {
         /// `[1, 4, h, w]`: to the left, top, right and bottom edge.
         distances: String,
     },
+}
+
+/// What makes shares of a model's scores.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Activation {
+    /// They are shares.
+    #[default]
+    None,
+    /// Each by itself.
+    Sigmoid,
+    /// All of a box together; the last class is "no object".
+    Softmax,
 }
 
 /// What the four numbers of a box mean.
@@ -164,6 +193,12 @@ impl Description {
         }
         if !(0.0..=1.0).contains(duplicate_iou) {
             return wrong("duplicate_iou", "a share in 0..=1", duplicate_iou);
+        }
+        if let OutputSpec::Boxes { classes: Some(classes), activation, .. } = &description.output
+            && *activation == Activation::Softmax
+        {
+            let expected = "none or sigmoid where class numbers are given (output.classes)";
+            return wrong("output.activation", expected, &format!("softmax beside {classes}"));
         }
         let mut numbers = BTreeSet::new();
         for ClassSpec { number, type_name } in class {
@@ -233,6 +268,14 @@ pub(super) mod tests {
             ("kind = \"yolo\"", "kind = \"magic\"", "unknown variant `magic`"),
             ("layout = \"nchw\"", "layout = \"chw\"", "unknown variant `chw`"),
             ("tensor = \"out\"", "tensr = \"out\"", "tensr"),
+            ("objectness = false", "objectness = false\nmask = \"m\"", "unknown field `mask`"),
+            (
+                "kind = \"yolo\"\n        tensor = \"out\"\n        axes = \"values_first\"\n        \
+                 objectness = false",
+                "kind = \"boxes\"\nboxes = \"b\"\nscores = \"s\"\nclasses = \"c\"\n\
+                 form = \"corners\"\nactivation = \"softmax\"",
+                "output.activation: expected none or sigmoid",
+            ),
             ("[[class]]", "[[class]]\nnumber = 1\ntype = \"block\"\n[[class]]", "each number once"),
         ] {
             assert!(SMALL.contains(old));

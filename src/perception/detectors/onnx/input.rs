@@ -28,6 +28,11 @@ impl Fit {
         }
     }
 
+    /// A place in the frame as a place in the input.
+    pub(super) fn to_input(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x * self.scale[0] + self.offset[0], y * self.scale[1] + self.offset[1]]
+    }
+
     /// Edges in the input as edges in the frame.
     pub(super) fn to_frame(self, [x1, y1, x2, y2]: [f64; 4]) -> [f64; 4] {
         let back = |value: f64, i: usize| (value - self.offset[i]) / self.scale[i];
@@ -92,6 +97,7 @@ mod tests {
         let (mean, std) = ([10.0, 20.0, 30.0], [1.0, 2.0, 4.0]);
         InputSpec {
             name: None,
+            sizes: None,
             width: 4,
             height: 4,
             layout,

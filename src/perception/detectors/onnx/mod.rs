@@ -10,6 +10,10 @@ mod description;
 #[cfg(any(feature = "onnx", test))]
 mod input;
 #[cfg(any(feature = "onnx", test))]
+mod tensor;
+#[cfg(any(feature = "onnx", test))]
+mod masks;
+#[cfg(any(feature = "onnx", test))]
 mod decode;
 #[cfg(feature = "onnx")]
 mod model;
@@ -18,7 +22,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Detector;
-use crate::parts::{Part, PartContext, PartError, options_of};
+use crate::parts::{Part, options_of};
+#[cfg(not(feature = "onnx"))]
+use crate::parts::{PartContext, PartError};
 
 /// `[perception.options]`.
 #[derive(Debug, Deserialize, JsonSchema)]

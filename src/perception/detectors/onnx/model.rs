@@ -6,9 +6,10 @@ use rten::{Model, NodeId, Value};
 use rten_tensor::{AsView as _, Layout as _};
 
 use super::Options;
-use super::decode::{Tensor, decode};
+use super::decode::decode;
 use super::description::Description;
 use super::input::{Fit, values};
+use super::tensor::Tensor;
 use crate::parts::{PartContext, PartError};
 use crate::pddl::Name;
 use crate::perception::detectors::boxes::clipped;
@@ -23,6 +24,8 @@ struct OnnxDetector {
     file: String,
     model: Model,
     input: NodeId,
+    /// The input that is told the size of the model's input.
+    sizes: Option<NodeId>,
     outputs: Vec<NodeId>,
     description: Description,
     colour_namer: ColourNamer,
@@ -50,19 +53,31 @@ pub(super) fn build(
             wrong(format!("expected a tensor {name}, got {}", names.join(", ")))
         })
     };
-    let input = match (&description.input.name, model.input_ids()) {
+    let sizes = description.input.sizes.as_deref().map(node).transpose()?;
+    let others: Vec<NodeId> =
+        model.input_ids().iter().copied().filter(|id| Some(*id) != sizes).collect();
+    let input = match (&description.input.name, others.as_slice()) {
         (Some(name), _) => node(name)?,
         (None, [only]) => *only,
         (None, several) => {
-            let n = several.len();
-            return Err(wrong(format!("expected one input, or input.name, got {n} inputs")));
+            let got = format!("{} inputs", several.len());
+            let expected = "one input for the image, or its name as input.name";
+            return Err(wrong(format!("expected {expected}, got {got}")));
         }
     };
+    if let Some(id) = others.iter().find(|id| **id != input) {
+        let name = model.node_info(*id).and_then(|info| info.name().map(str::to_owned));
+        let name = name.unwrap_or_default();
+        return Err(wrong(format!(
+            "expected no input beside the image, or {name} as input.sizes if it is told the image's \
+             size, got {name}"
+        )));
+    }
     let outputs = description.output.tensors().into_iter().map(node);
     let outputs = outputs.collect::<Result<Vec<NodeId>, PartError>>()?;
     let colour_namer = ColourNamer::new(context.inputs.perception)?;
     let file = context.path(&options.model).display().to_string();
-    Ok(Box::new(OnnxDetector { file, model, input, outputs, description, colour_namer }))
+    Ok(Box::new(OnnxDetector { file, model, input, sizes, outputs, description, colour_namer }))
 }
 
 impl Detector for OnnxDetector {
@@ -76,30 +91,31 @@ impl Detector for OnnxDetector {
         image: &ImageView<'_>,
         phrases: &[String],
     ) -> Result<Detections, DetectorError> {
-        let (shape, values) = values(&self.description.input, image);
         let wrong = |message: String| DetectorError::from(PartError::file(&self.file, message));
-        let input = Value::from_shape(shape, values).map_err(|e| wrong(e.to_string()))?;
-        let outputs = self
-            .model
-            .run(vec![(self.input, input.into())], &self.outputs, None)
-            .map_err(|e| wrong(e.to_string()))?;
-        let outputs = outputs.into_iter().map(tensor).collect::<Result<Vec<Tensor>, String>>();
-        let found = outputs.and_then(|outputs| decode(&self.description, &outputs));
-        let fit = Fit::new(&self.description.input, image);
+        let outputs = self.run(image).map_err(wrong)?;
+        let decoded = decode(&self.description, &outputs).map_err(wrong)?;
+        let input = &self.description.input;
+        let fit = Fit::new(input, image);
         let mut objects: Vec<Detection> = Vec::new();
-        for candidate in found.map_err(wrong)? {
+        for candidate in decoded.candidates {
             let perception = self.colour_namer.perception();
             let type_name = self.description.type_of(candidate.class);
             let Some(spec) = type_name.and_then(|name| perception.type_spec(name)) else {
                 continue;
             };
-            match clipped(fit.to_frame(candidate.edges), image) {
-                Ok(pixel_box) => {
-                    let score = candidate.score.min(1.0);
-                    objects.push(self.colour_namer.detection(image, spec, (pixel_box, score)));
+            let pixel_box = match clipped(fit.to_frame(candidate.edges), image) {
+                Ok(pixel_box) => pixel_box,
+                Err(reason) => {
+                    tracing::debug!(reason, ?candidate, "a box is not used");
+                    continue;
                 }
-                Err(reason) => tracing::debug!(reason, ?candidate, "a box is not used"),
+            };
+            let scored = (pixel_box, candidate.score.min(1.0));
+            let mut detection = self.colour_namer.detection(image, spec, scored);
+            if let Some(prototypes) = &decoded.prototypes {
+                detection.mask = prototypes.mask(&candidate.weights, &pixel_box, (fit, input));
             }
+            objects.push(detection);
         }
         let objects = self.colour_namer.sorted(objects, self.description.duplicate_iou);
         let perception = self.colour_namer.perception();
@@ -110,6 +126,23 @@ impl Detector for OnnxDetector {
 
     fn is_slow(&self) -> bool {
         true
+    }
+}
+
+impl OnnxDetector {
+    /// What the model gives for a frame, in the order of its outputs.
+    fn run(&self, image: &ImageView<'_>) -> Result<Vec<Tensor>, String> {
+        let spec = &self.description.input;
+        let (shape, values) = values(spec, image);
+        let picture = Value::from_shape(shape, values).map_err(|e| e.to_string())?;
+        let mut inputs = vec![(self.input, picture.into())];
+        if let Some(sizes) = self.sizes {
+            let sides = vec![spec.width as i32, spec.height as i32];
+            let sides = Value::from_shape([1, 2], sides).map_err(|e| e.to_string())?;
+            inputs.push((sizes, sides.into()));
+        }
+        let outputs = self.model.run(inputs, &self.outputs, None).map_err(|e| e.to_string())?;
+        outputs.into_iter().map(tensor).collect()
     }
 }
 
