@@ -418,7 +418,7 @@ mod tests {
             (
                 &masked,
                 vec![tensor(&[1, 7, 1], &[0.0; 7]), tensor(&[2, 2], &[0.0; 4])],
-                "masks: expected shape [1, K, h, w], got 2, 2",
+                "masks: expected shape [1, K, h, w], got [2, 2]",
             ),
             (
                 &masked,
