@@ -48,14 +48,15 @@ fn ok(body: &Value) -> ResponseTemplate {
     ResponseTemplate::new(200).set_body_json(body)
 }
 
-/// The recorded answers in a folder, none of which may hold the key.
+/// The recorded answers in a folder, none of which may hold the key or an image.
 #[track_caller]
 fn recorded(folder: &Path) -> Vec<PathBuf> {
     let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let files: Vec<PathBuf> = files.collect();
     for file in &files {
         let text = fs::read_to_string(file).unwrap();
-        assert!(!text.contains(KEY) && text.len() < 20_000, "{text}");
+        assert!(!text.contains(KEY), "{text}");
+        assert!(!text.contains("iVBOR"), "a PNG as base64: {text}");
     }
     files
 }
@@ -161,6 +162,23 @@ fn run_files_name_one_folder_for_all_services() {
     fs::write(&file, "extends = \"photo_blocksworld\"\n[services]\noffline = true\n").unwrap();
     let error = answers(&[]).unwrap_err().to_string();
     assert!(error.contains("services.offline: expected false, or a folder"), "{error}");
+}
+
+/// The flags of `groundloop run` are the keys of its run file.
+#[cfg(feature = "sim")]
+#[test]
+fn an_episode_without_its_recorded_goal_is_exit_code_5() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "goal.options={url=\"http://127.0.0.1:9\", model=\"m\", dialect=\"openai\"}";
+    let mut command = Command::cargo_bin("groundloop").unwrap();
+    command.current_dir(folder.path()).args(["run", "blocksworld", "--json"]);
+    command.args(["--set", "goal.kind=language_model", "--set", model]);
+    command.args(["--answers", "kept \"here\"", "--offline"]);
+    let (code, _, stderr) = ended(&mut command);
+    assert_eq!(code, 5, "{stderr}");
+    let kept = folder.path().canonicalize().unwrap().join("kept \"here\"");
+    let said = format!(" in {}: leave out --offline", kept.display());
+    assert!(stderr.contains("no recorded answer") && stderr.contains(&said), "{stderr}");
 }
 
 // ── detectors ───────────────────────────────────────────────────────────────────────────────────
@@ -300,8 +318,9 @@ fn checkout() -> (tempfile::TempDir, Vec<(Vec<u8>, Things)>) {
     let mut pictures = Vec::new();
     for (number, is_on_board) in [(1, false), (2, true), (3, false)] {
         let things = kitchen(is_on_board);
-        let objects: String =
-            things.iter().map(|(name, kind, ..)| format!("{name} - {kind} ")).collect();
+        let objects: Vec<String> =
+            things.iter().map(|(name, kind, ..)| format!("{name} - {kind}")).collect();
+        let objects = objects.join(" ");
         let place = if is_on_board { "cutting_board" } else { "counter" };
         let problem = format!(
             "(define (problem p) (:domain cooking) (:objects {objects}) (:init (free a_bot) \

@@ -178,7 +178,7 @@ fn build(context: &PartContext<'_, dyn Detector>) -> Result<Box<dyn Detector>, P
     }
     let client = client(&options.retry)?.with_answers(answers);
     let colour_namer = ColourNamer::new(perception)?;
-    Ok(Box::new(HttpDetector { key, options, url, client, colour_namer, prompts }))
+    Ok(Box::new(HttpDetector { options, url, key, client, colour_namer, prompts }))
 }
 
 fn client(policy: &RetryPolicy) -> Result<Client, DetectorError> {

@@ -137,7 +137,8 @@ impl OnnxDetector {
         let picture = Value::from_shape(shape, values).map_err(|e| e.to_string())?;
         let mut inputs = vec![(self.input, picture.into())];
         if let Some(sizes) = self.sizes {
-            let sides = vec![spec.width as i32, spec.height as i32];
+            let side = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
+            let sides = vec![side(spec.width), side(spec.height)];
             let sides = Value::from_shape([1, 2], sides).map_err(|e| e.to_string())?;
             inputs.push((sizes, sides.into()));
         }
