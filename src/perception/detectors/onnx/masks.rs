@@ -119,14 +119,17 @@ mod tests {
     use crate::perception::detectors::onnx::description::Description;
     use crate::perception::detectors::onnx::description::tests::SMALL;
 
-    /// Two maps of 4 x 4: one that falls from left to right, one that is 1 everywhere.
+    /// Three maps of 4 x 4: one that falls from left to right, one that is 1 everywhere, one that
+    /// falls from top to bottom.
     fn maps() -> Tensor {
-        let falling = [3.0, 1.0, -1.0, -3.0].repeat(4);
-        Tensor { shape: vec![1, 2, 4, 4], values: [falling, vec![1.0; 16]].concat() }
+        let falling = [3.0, 1.0, -1.0, -3.0];
+        let down = falling.map(|value| [value; 4]).concat();
+        let values = [falling.repeat(4), vec![1.0; 16], down].concat();
+        Tensor { shape: vec![1, 3, 4, 4], values }
     }
 
     #[track_caller]
-    fn check(weights: [f32; 2], edges: [f64; 4], expect: &[(u32, u32, u32)]) {
+    fn check(weights: [f32; 3], edges: [f64; 4], expect: &[(u32, u32, u32)]) {
         // A frame of 16 x 8 in the middle of an input of 8 x 8.
         let description = Description::parse(SMALL, &BTreeSet::from([Name::new("block")])).unwrap();
         let rgb = vec![0; 3 * 16 * 8];
@@ -141,14 +144,16 @@ mod tests {
     #[test]
     fn an_object_is_where_the_weighted_sum_is_positive_within_its_box() {
         // Four columns of the frame are a cell; the falling map changes its sign in the middle.
-        check([1.0, 0.0], [2.0, 1.0, 12.0, 3.0], &[(1, 2, 8), (2, 2, 8)]);
-        check([-1.0, 0.0], [2.0, 1.0, 12.0, 3.0], &[(1, 8, 12), (2, 8, 12)]);
+        check([1.0, 0.0, 0.0], [2.0, 1.0, 12.0, 3.0], &[(1, 2, 8), (2, 2, 8)]);
+        check([-1.0, 0.0, 0.0], [2.0, 1.0, 12.0, 3.0], &[(1, 8, 12), (2, 8, 12)]);
+        check([0.0, 0.0, 1.0], [0.0, 2.0, 4.0, 7.0], &[(2, 0, 4), (3, 0, 4)]);
+        check([0.0, 0.0, -1.0], [0.0, 2.0, 4.0, 5.0], &[(4, 0, 4)]);
         // Two more for everything: the sign changes a cell further to the right.
-        check([1.0, 2.0], [0.0, 7.0, 16.0, 8.0], &[(7, 0, 12)]);
-        check([0.0, -1.0], [0.0, 0.0, 16.0, 8.0], &[]);
-        check([f32::NAN, 1.0], [0.0, 0.0, 16.0, 8.0], &[]);
+        check([1.0, 2.0, 0.0], [0.0, 7.0, 16.0, 8.0], &[(7, 0, 12)]);
+        check([0.0, -1.0, 0.0], [0.0, 0.0, 16.0, 8.0], &[]);
+        check([f32::NAN, 1.0, 0.0], [0.0, 0.0, 16.0, 8.0], &[]);
         // Pixels whose middles are in the box.
-        check([0.0, 1.0], [2.4, 3.6, 4.6, 5.0], &[(4, 2, 5)]);
-        check([0.0, 1.0], [3.6, 3.6, 4.4, 4.4], &[]);
+        check([0.0, 1.0, 0.0], [2.4, 3.6, 4.6, 5.0], &[(4, 2, 5)]);
+        check([0.0, 1.0, 0.0], [3.6, 3.6, 4.4, 4.4], &[]);
     }
 }
