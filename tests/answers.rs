@@ -10,6 +10,7 @@ use assert_cmd::Command;
 use common::{project, runtime};
 use groundloop::http::Answers;
 use groundloop::parts::{PartChoice, PartContext};
+use groundloop::pddl::{SourceText, parse_problem};
 use groundloop::perception::detectors::{DETECTORS, Detector, DetectorError, DetectorInputs};
 use groundloop::perception::{Detections, ImageView};
 use groundloop::run::{DomainFolder, load_run};
@@ -280,6 +281,9 @@ fn what_cannot_be_read_is_not_recorded() {
 /// What stands where in a tiny picture: name, type, prompt, box.
 type Things = Vec<(&'static str, &'static str, &'static str, [u32; 4])>;
 
+/// What a service sees in a picture: names, prompts, boxes.
+type Seen = Vec<(String, String, [f64; 4])>;
+
 /// A kitchen with a cucumber on the tray or on the board.
 fn kitchen(is_on_board: bool) -> Things {
     let cucumber = if is_on_board { [110, 32, 134, 40] } else { [74, 80, 98, 88] };
@@ -306,7 +310,7 @@ fn picture(things: &Things, number: u8) -> image::RgbImage {
 }
 
 /// A checkout of cooking without anything recorded: three problems, the first and the last alike.
-fn checkout() -> (tempfile::TempDir, Vec<(Vec<u8>, Things)>) {
+fn checkout() -> (tempfile::TempDir, Vec<(Vec<u8>, Seen)>) {
     let checkout = tempfile::tempdir().unwrap();
     let write = |file: String, text: &str| {
         let path = checkout.path().join("data/cooking").join(file);
@@ -336,13 +340,20 @@ fn checkout() -> (tempfile::TempDir, Vec<(Vec<u8>, Things)>) {
         write(file.clone(), "");
         let path = checkout.path().join("data/cooking").join(file);
         picture(&things, number).save(&path).unwrap();
-        pictures.push((image::open(&path).unwrap().to_rgb8().into_raw(), things));
+        let seen = things.into_iter().map(|(name, _, prompt, edges)| {
+            (name.to_owned(), prompt.to_owned(), edges.map(f64::from))
+        });
+        pictures.push((pixels(&path), seen.collect()));
     }
     (checkout, pictures)
 }
 
+fn pixels(path: &Path) -> Vec<u8> {
+    image::open(path).unwrap().to_rgb8().into_raw()
+}
+
 /// Answers for the picture that it is sent, in the words that it is asked in.
-struct Sees(Vec<(Vec<u8>, Things)>);
+struct Sees(Vec<(Vec<u8>, Seen)>);
 
 impl Respond for Sees {
     fn respond(&self, request: &Request) -> ResponseTemplate {
@@ -351,10 +362,10 @@ impl Respond for Sees {
         let text = body["inputs"].as_str().unwrap();
         let bytes = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
         let sent = image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
-        let (_, things) = self.0.iter().find(|(pixels, _)| *pixels == sent).unwrap();
+        let (_, seen) = self.0.iter().find(|(pixels, _)| *pixels == sent).unwrap();
         let asked = body["parameters"]["candidate_labels"].as_array().unwrap();
         let fits = |words: &str| asked.iter().find(|asked| asked.as_str() == Some(words)).cloned();
-        let found = things.iter().filter_map(|(name, _, prompt, [x1, y1, x2, y2])| {
+        let found = seen.iter().filter_map(|(name, prompt, [x1, y1, x2, y2])| {
             let label = fits(prompt).or_else(|| fits(&name.replace('_', " ")))?;
             Some(json!({"label": label, "score": 0.87,
                 "box": {"xmin": x1, "ymin": y1, "xmax": x2, "ymax": y2}}))
@@ -395,4 +406,54 @@ fn cooking_is_evaluated_from_pixels_and_again_without_its_service() {
 
     assert_eq!(common::eval::report(checkout.path(), &offline), first);
     assert_eq!(service.n_requests(), n_requests);
+}
+
+/// The photographs themselves, with the annotated boxes as what a service sees.
+#[test]
+fn photographs_of_cooking_are_evaluated_as_with_the_boxes_themselves() {
+    let Some(data) = common::data("prodgv", "photographs of cooking through a service") else {
+        return;
+    };
+    let folder = DomainFolder::read(&project("domains/cooking")).unwrap();
+    let mut pictures = Vec::new();
+    let boxes = fs::read_dir(data.join("data/cooking/annotated_bboxes")).unwrap();
+    for path in boxes.map(|entry| entry.unwrap().path()) {
+        let stem = path.file_stem().unwrap().to_str().unwrap();
+        let in_data =
+            |kind: &str, end: &str| data.join(format!("data/cooking/{kind}/{stem}.{end}"));
+        let problem = fs::read_to_string(in_data("problems", "pddl")).unwrap();
+        let source = SourceText::new(stem, problem);
+        let problem = parse_problem(&source, &folder.domain).unwrap().value;
+        let boxes: std::collections::BTreeMap<String, [f64; 4]> =
+            serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let seen = boxes.into_iter().map(|(name, edges)| {
+            let typed = problem.objects.iter().find(|typed| typed.name == name.as_str()).unwrap();
+            let spec = folder.perception.type_spec(&typed.types[0]).unwrap();
+            (name, spec.prompt.clone().unwrap(), edges)
+        });
+        pictures.push((pixels(&in_data("observations", "jpg")), seen.collect()));
+    }
+    let service = Service::new(vec![Mock::given(method("POST")).respond_with(Sees(pictures))]);
+    let kept = tempfile::tempdir().unwrap();
+    let options = kept.path().join("options.toml");
+    let url = service.server.uri();
+    let text = format!("[perception.options]\ndialect = \"hugging_face\"\nurl = \"{url}\"\n");
+    fs::write(&options, text).unwrap();
+    let answers = kept.path().join("answers");
+    let answers = answers.to_str().unwrap();
+    for grounder in ["s2s", "s2s-joint"] {
+        let of = |detections: &[&str]| {
+            let args = ["--domain", "cooking", "--goals", "truth", "--grounder", grounder];
+            let report = common::eval::report(&data, &[&args, detections].concat());
+            report["domains"]["cooking"].clone()
+        };
+        let options = options.to_str().unwrap();
+        let service = ["--detections", "http", "--options", options, "--answers", answers];
+        let (looked_at, given) = (of(&service), of(&["--detections", "annotated"]));
+        let keys = ["pairs", "tp", "fp", "fn", "unknown", "exact_states", "success"];
+        let [looked_at, given] =
+            [looked_at, given].map(|domain| common::eval::only(&domain, &keys));
+        assert_eq!(looked_at, given, "{grounder}");
+        assert_ne!(given["pairs"], 0, "{grounder}");
+    }
 }
