@@ -7,8 +7,7 @@ use crate::http::Answers;
 /// Where answers of services are recorded.
 #[derive(Debug, clap::Args)]
 pub(super) struct ServiceArgs {
-    /// A folder of recorded answers: what services were asked before is answered from there, what they
-    /// were not is asked and recorded. Neither keys nor images are stored.
+    /// Records what services answer in this folder, and takes from there what was asked before.
     #[arg(long, value_name = "DIR")]
     answers: Option<PathBuf>,
     /// Asks no service: an answer that is not recorded is missing (exit code 5).
