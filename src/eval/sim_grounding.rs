@@ -218,7 +218,9 @@ impl<'a> SetUp<'a> {
         let detector =
             folder.detector(&PartChoice::new("perception.detector", "colour"), examples)?;
         let mut sizes = UsualSizes::default();
-        examples.iter().for_each(|(_, example)| sizes.learn(&example.objects));
+        for (_, example) in examples {
+            sizes.learn(&example.objects);
+        }
         Ok(Self { perception, detector, grounders, sizes })
     }
 

@@ -3,34 +3,12 @@
 //! Facts are read off what is seen, and completion rules take it that all is seen. A thing in front,
 //! or fixtures fewer than the domain has, say that this is not so: what they touch is doubted.
 
+use super::Unexplained;
 use super::grounders::Grounding;
 use super::model::{ObjectBox, Perception, TypeSpec};
-use crate::geometry::PixelBox;
 use crate::logic::{Facts, Truth};
 use crate::pddl::{Atom, Name};
 use crate::scene::{Anomaly, Place};
-
-/// A thing is next to an object when it is nearer than this share of the object's short side.
-const NEAR_SHARE: f64 = 0.25;
-
-/// A thing in an image that is neither an object nor anything that the labelled examples show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unexplained {
-    /// The box around it, in pixels.
-    pub place: PixelBox,
-    /// Its pixels, as boxes of few rows.
-    pub stripes: Vec<PixelBox>,
-    /// Whether an object could be behind it: it is large enough.
-    pub may_hide: bool,
-}
-
-impl Unexplained {
-    /// Whether it is in front of an object, or beside it.
-    pub fn is_near(&self, b: &PixelBox) -> bool {
-        let near = NEAR_SHARE * b.width().min(b.height());
-        self.stripes.iter().any(|stripe| stripe.gap(b) <= near)
-    }
-}
 
 /// What nothing explains, as anomalies about the objects that are next to it.
 pub fn doubts(unexplained: &[Unexplained], objects: &[ObjectBox]) -> Vec<Anomaly> {
@@ -95,6 +73,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::geometry::PixelBox;
     use crate::perception::grounders::{Basis, Evidence, Judged};
 
     const HANOI: &str = include_str!("../../domains/hanoi/perception.toml");

@@ -1,5 +1,8 @@
 //! Colour spaces.
 
+/// Colours closer to grey than this (in Lab units) are grey: sensor noise and tinted cloth.
+pub(super) const CHROMA_MIN: f32 = 8.0;
+
 /// A colour in CIE L*a*b* (D65, 2° observer).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lab {

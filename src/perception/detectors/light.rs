@@ -4,8 +4,7 @@
 //! changed it. So the median of each channel says how the light differs: a gain per channel (von
 //! Kries, 1902). What no light would do to a ground is another ground, and is left alone.
 
-use super::lab::{Lab, Shade};
-use super::palette::CHROMA_MIN;
+use super::lab::{CHROMA_MIN, Lab, Shade};
 use crate::perception::ImageView;
 
 /// About how many pixels are looked at.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::lab::{Lab, Shade};
+use super::lab::{CHROMA_MIN, Lab, Shade};
 use super::light::{Ground, likeness};
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
@@ -24,9 +24,6 @@ const PER_LIGHTNESS: f32 = 0.006;
 
 /// A pixel farther than this from every shade has no colour name.
 const DISTANCE_MAX: f32 = 0.45;
-
-/// Colours closer to grey than this (in Lab units) are grey: sensor noise and tinted cloth.
-pub(super) const CHROMA_MIN: f32 = 8.0;
 
 /// A shade learnt from the camera in use counts as nearer than general knowledge by this share of
 /// its distance,

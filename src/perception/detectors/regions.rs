@@ -3,6 +3,15 @@
 use super::bitmask::BitMask;
 use crate::geometry::{MaskRun, PixelBox};
 
+/// The two ways to cut a region.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axis {
+    /// Between rows.
+    Rows,
+    /// Between columns.
+    Columns,
+}
+
 /// A connected set of pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Region {
@@ -48,16 +57,16 @@ impl Region {
     }
 
     /// Cuts the region before rows (or columns) counted from its first one; empty parts are left out.
-    pub(super) fn cut(self, before: &[usize], between_rows: bool) -> Vec<Self> {
+    pub(super) fn cut(self, before: &[usize], between: Axis) -> Vec<Self> {
         if before.is_empty() {
             return vec![self];
         }
         let b = self.pixel_box();
-        let origin = if between_rows { b.y1 } else { b.x1 } as u32;
+        let origin = if between == Axis::Rows { b.y1 } else { b.x1 } as u32;
         let limits: Vec<u32> = before.iter().map(|at| origin + *at as u32).collect();
         let mut parts: Vec<Vec<MaskRun>> = vec![Vec::new(); limits.len() + 1];
         for run in self.runs {
-            if between_rows {
+            if between == Axis::Rows {
                 parts[limits.partition_point(|limit| *limit <= run.y)].push(run);
                 continue;
             }
@@ -196,8 +205,11 @@ mod tests {
         let widths = |parts: Vec<Region>| -> Vec<f64> {
             parts.iter().map(|p| p.pixel_box().width()).collect()
         };
-        assert_eq!(widths(found[0].clone().cut(&[1], false)), [1.0, 2.0]);
-        assert_eq!(found[0].clone().cut(&[1, 4], true).iter().map(Region::area).sum::<usize>(), 15);
+        assert_eq!(widths(found[0].clone().cut(&[1], Axis::Columns)), [1.0, 2.0]);
+        assert_eq!(
+            found[0].clone().cut(&[1, 4], Axis::Rows).iter().map(Region::area).sum::<usize>(),
+            15
+        );
     }
 
     proptest! {

@@ -49,7 +49,7 @@ const SAME_COLOUR_MAX: f32 = 12.0;
 const SAME_AREA_MIN: f64 = 1.0;
 
 /// What labelled pictures show beside their objects.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Scenery {
     lights: Vec<Light>,
     /// Colours beside the objects.
@@ -60,18 +60,6 @@ pub(super) struct Scenery {
     sizes: Vec<[f64; 2]>,
     /// Where lower edges of objects that rest on no other lie, likewise.
     ground_rows: Option<[f64; 2]>,
-}
-
-impl Default for Scenery {
-    fn default() -> Self {
-        Self {
-            lights: Vec::new(),
-            beside: Colours::default(),
-            shades: Vec::new(),
-            sizes: Vec::new(),
-            ground_rows: None,
-        }
-    }
 }
 
 impl Scenery {
@@ -356,7 +344,9 @@ fn standing(boxes: &[PixelBox], [first, last]: [f64; 2]) -> Vec<bool> {
         if more.is_empty() {
             return stand;
         }
-        more.into_iter().for_each(|i| stand[i] = true);
+        for i in more {
+            stand[i] = true;
+        }
     }
 }
 

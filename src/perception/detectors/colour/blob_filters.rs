@@ -60,7 +60,8 @@ fn is_of_hues_between(
     let side = |places: &[(i64, i64)]| {
         let pixel =
             |(x, y): (i64, i64)| image.pixel(usize::try_from(x).ok()?, usize::try_from(y).ok()?);
-        median_colour(places.iter().filter_map(|at| pixel(*at)).collect()).map(Hue::of)
+        let colours: Vec<[u8; 3]> = places.iter().filter_map(|at| pixel(*at)).collect();
+        median_colour(&colours).map(Hue::of)
     };
     let own = middle_colour(image, region).map(Hue::of);
     let Some(((own, above), below)) = own.zip(side(above)).zip(side(below)) else { return true };
@@ -97,11 +98,11 @@ pub(super) fn middle_colour(image: &ImageView<'_>, region: &Region) -> Option<La
     let pixels = region.runs.iter().flat_map(|r| (r.x_start..r.x_end).map(|x| (x, r.y)));
     let colours: Vec<[u8; 3]> =
         pixels.step_by(step).filter_map(|(x, y)| image.pixel(x as usize, y as usize)).collect();
-    median_colour(colours)
+    median_colour(&colours)
 }
 
 /// The channel-wise median; `None` of nothing.
-fn median_colour(colours: Vec<[u8; 3]>) -> Option<Lab> {
+fn median_colour(colours: &[[u8; 3]]) -> Option<Lab> {
     let channel = |i: usize| median(colours.iter().map(|c| c[i]).collect());
     Some(Lab::of([channel(0)?, channel(1)?, channel(2)?]))
 }

@@ -8,7 +8,7 @@ use super::outline::SizeLimits;
 use crate::geometry::PixelBox;
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::Lab;
-use crate::perception::detectors::regions::Region;
+use crate::perception::detectors::regions::{Axis, Region};
 
 /// A step of the shade must be at least this to be a border (in Lab units),
 const STEP_MIN: f32 = 33.0;
@@ -30,15 +30,6 @@ const SEVERAL_MIN: f64 = 1.6;
 const SNAP_SHARE: f64 = 0.2;
 /// if there is one that differs by so much (in Lab units).
 const SEAM_MIN: f32 = 4.0;
-
-/// The two ways to cut a region.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Axis {
-    /// Between rows.
-    Rows,
-    /// Between columns.
-    Columns,
-}
 
 /// The greatest steps of the shade inside labelled objects: between rows, between columns.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -85,7 +76,7 @@ pub(super) fn split(
             if cuts.is_empty() {
                 cuts = one_size.map_or_else(Vec::new, |size| cuts_by_size(&lines, size));
             }
-            body.cut(&cuts, axis == Axis::Rows)
+            body.cut(&cuts, axis)
         };
         bodies = bodies.into_iter().flat_map(cut).collect();
     }

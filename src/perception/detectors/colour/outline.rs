@@ -1,9 +1,8 @@
 //! Cleaned colour masks to regions of the outline that a type declares.
 
-use super::edges::Axis;
 use crate::geometry::PixelBox;
 use crate::perception::detectors::bitmask::BitMask;
-use crate::perception::detectors::regions::{Region, regions};
+use crate::perception::detectors::regions::{Axis, Region, regions};
 use crate::perception::model::{Appearance, Shape};
 
 /// Labelled objects bound the sizes to look for: down to this share of the smallest.
