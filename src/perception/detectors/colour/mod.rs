@@ -137,8 +137,9 @@ impl ColourDetector {
         }
         found.retain(|(_, _, region)| limits.may_contain_height(&region.pixel_box()));
         if let Some(width_max) = limits.widest() {
-            found = joined(found, (image, &frame.ground), width_max);
-            found = joined_faces(found, image, limits.highest().unwrap_or(0.0));
+            let scale = scale(&found, &limits);
+            found = joined(found, (image, &frame.ground), scale * width_max);
+            found = joined_faces(found, image, scale * limits.highest().unwrap_or(0.0));
         }
         found.retain(|(class, _, region)| {
             fits(region, appearance, &limits, &|x, y| is_body(*class, x, y))
@@ -165,9 +166,7 @@ impl ColourDetector {
         limits: &SizeLimits,
     ) -> Vec<Piece<'s>> {
         let Some(inside) = self.inner_steps.get(&spec.name) else { return pieces };
-        let boxes = pieces.iter().map(|(_, _, r)| r.pixel_box()).filter(|b| limits.contain(b));
-        let scale = median(boxes.filter_map(|b| limits.scale_of(&b)).collect()).max(1.0);
-        let scale = by_size.then_some(scale);
+        let scale = by_size.then(|| scale(&pieces, limits));
         let split = |(class, colour, region)| {
             let bodies = split(region, image, limits, (*inside, scale)).into_iter();
             bodies.map(move |body| (class, colour, body))
@@ -244,6 +243,12 @@ impl Detector for ColourDetector {
         };
         Ok(Detections { objects, phrases, ..Detections::default() })
     }
+}
+
+/// How many times as large as the largest labelled ones objects are in this picture; at least 1.
+fn scale(pieces: &[Piece<'_>], limits: &SizeLimits) -> f64 {
+    let boxes = pieces.iter().map(|(_, _, r)| r.pixel_box()).filter(|b| limits.contain(b));
+    median(boxes.filter_map(|b| limits.scale_of(&b)).collect()).max(1.0)
 }
 
 /// Where the names of a type say how many there are, and more are found: the highest are those.

@@ -26,7 +26,9 @@ const EDGE_MIN: f32 = 16.0;
 /// Most of the pixels between two pieces that may be ground, as a share.
 const GROUND_SHARE_MAX: f64 = 0.3;
 /// Top and front of a body are this much as wide as both,
-const FACE_WIDTH_MIN: f64 = 0.8;
+const FACE_WIDTH_MIN: f64 = 0.65;
+/// together at most so many times as high as the highest labelled object,
+const FACES_HEIGHT_MAX: f64 = 1.35;
 /// meet within this share of their height,
 const FACE_OVERLAP_MAX: f64 = 0.35;
 /// and differ by at most this hue, in degrees.
@@ -116,7 +118,7 @@ fn are_faces(a: &PixelBox, b: &PixelBox, height_max: f64) -> bool {
     let common = upper.x2.min(lower.x2) - upper.x1.max(lower.x1);
     (upper.y2 - lower.y1).abs() <= FACE_OVERLAP_MAX * whole.height()
         && common >= FACE_WIDTH_MIN * whole.width()
-        && whole.height() <= WIDTH_MULTIPLE_MAX * height_max
+        && whole.height() <= FACES_HEIGHT_MAX * height_max
 }
 
 /// Saturation and hue of a region's middle colour.
