@@ -360,3 +360,36 @@ fn settings_that_cannot_be_are_told() {
     let (code, _, stderr) = eval(empty.path(), &[]);
     assert!(code == 2 && stderr.contains("expected folders with a domain.pddl"), "{stderr}");
 }
+
+/// No fact speaks of the lone block: the reference's metric does not notice that it is missed, or
+/// that another one is invented apart from all others.
+#[test]
+fn a_strictly_right_state_has_the_right_objects_too() {
+    let checkout = Checkout::new();
+    let counts = |domain: &Value| only(domain, &["exact_states", "strict_states"]);
+    let whole = blocks(&checkout, &[]);
+    assert_eq!(counts(&whole), json!({"exact_states": 6, "strict_states": 6}));
+
+    let results = "results/reported_results/blocksworld";
+    let seen: Value = serde_json::from_str(&boxes(STACKS[1].1, 0.5)).unwrap();
+    let mut fewer = seen.clone();
+    fewer.as_object_mut().unwrap().remove("blue_block");
+    let mut more = seen;
+    more["pink_block"] = json!([150.0, 20.0, 170.0, 40.0]);
+    for (boxes, fault) in [(fewer, "blue_block is not detected"), (more, "pink_block is not there")]
+    {
+        checkout.write(&format!("{results}/objdet/objdet_ex1_test2.json"), &boxes.to_string());
+        let names = boxes.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
+        let objects = format!("(:objects {names} - block)");
+        checkout.write(&format!("{results}/object_stubs/objects_stub_ex1_test2.pddl"), &objects);
+        let domain = blocks(&checkout, &["--details"]);
+        assert_eq!(counts(&domain), json!({"exact_states": 6, "strict_states": 5}));
+        let pair = &domain["details"][0];
+        assert_eq!(pair["object_faults"], json!([fault]));
+        assert_eq!(
+            only(pair, &["wrong", "missing", "strictly_right"]),
+            json!({"wrong": [], "missing": [], "strictly_right": false})
+        );
+        assert_eq!(domain["details"][1]["strictly_right"], true);
+    }
+}

@@ -24,9 +24,11 @@ pub(super) fn print_report(report: &EvaluationReport) {
     }
     out::line("");
     out::line(
-        "P|R: precision and recall of observed facts, over the pairs. Published rows are quoted from \
-         the\npaper, over the whole data set; none is measured here. Their plan validity mixes \
-         evaluated pairs\nwith all files, which the measured table keeps apart.",
+        "P|R: precision and recall of observed facts, over the pairs. A state is exactly right without \
+         a wrong\nor missing fact, as the reference counts; strictly right if also every detection is \
+         one object of its\ntype, none is missed or invented, and no fact is unknown. Published rows \
+         are quoted from the paper,\nover the whole data set; none is measured here. Their plan \
+         validity mixes evaluated pairs with all\nfiles, which the measured table keeps apart.",
     );
     for (name, domain) in &report.domains {
         if !domain.failures.is_empty() {
@@ -48,6 +50,7 @@ pub(super) fn print_details(report: &EvaluationReport) {
             pair.anomalies.iter().for_each(|text| out::line(&format!("  anomaly    {text}")));
             pair.wrong.iter().for_each(|atom| out::line(&format!("  wrong    {atom}")));
             pair.missing.iter().for_each(|atom| out::line(&format!("  missing  {atom}")));
+            pair.object_faults.iter().for_each(|text| out::line(&format!("  object   {text}")));
             out::line(&format!(
                 "  {} right, {} unknown, {} inferred; plan of {} steps, {}",
                 pair.tp,
@@ -73,6 +76,7 @@ fn measured(report: &EvaluationReport) -> Table {
     row("TP/FP/FN", &|d| format!("{}/{}/{}", d.tp, d.fp, d.fn_));
     row("P|R", &|d| pr(d.precision, d.recall, 3));
     row("states exactly right", &|d| of([d.exact_states, d.pairs]));
+    row("states strictly right", &|d| of([d.strict_states, d.pairs]));
     row("facts unknown", &|d| d.unknown.to_string());
     row("facts inferred by constraints", &|d| d.inferred.to_string());
     row("anomalies", &|d| d.anomalies.to_string());

@@ -52,6 +52,7 @@ pub fn carry_out(
         pair,
         evaluated,
         boxes: boxes.to_vec(),
+        object_faults: stage::object_faults(boxes, test, &folder.domain),
         matching,
         differs: input.recorded.map(|recorded| differing(&state.grounding, boxes, test, recorded)),
         state,

@@ -40,6 +40,8 @@ pub struct PairResult {
     pub evaluated: bool,
     /// The detected objects.
     pub boxes: Vec<ObjectBox>,
+    /// Objects that are missed, invented or of another type, each in words.
+    pub object_faults: Vec<String>,
     /// Which of them are which.
     pub matching: Matching,
     /// The state that they are read to be in: what was planned from.
@@ -65,6 +67,14 @@ pub struct PairResult {
 }
 
 impl PairResult {
+    /// Whether the state is right without an exception: its objects too, and nothing unknown.
+    ///
+    /// The reference counts wrong and missing facts only. A state in which an object is missed of
+    /// which no fact is listed, or one is invented of which none is predicted, is exact by its metric.
+    pub fn is_strictly_right(&self) -> bool {
+        self.object_faults.is_empty() && self.score.is_exact() && self.score.unknown == 0
+    }
+
     /// The steps of the plan, where there is one.
     pub fn plan(&self) -> Option<&[Step]> {
         if let Some(Outcome::Solved(plan)) = &self.outcome { Some(&plan.steps) } else { None }

@@ -56,8 +56,11 @@ pub struct DomainReport {
     pub recall: Option<f64>,
     /// F1, the harmonic mean of precision and recall.
     pub f1: Option<f64>,
-    /// Pairs whose state is exactly right.
+    /// Pairs whose state is exactly right by the reference's metric: no wrong and no missing fact.
     pub exact_states: usize,
+    /// Pairs whose state is strictly right: also every detection is one object of its type, none is
+    /// missed or invented, and no fact is unknown.
+    pub strict_states: usize,
     /// Facts that are judged unknown; they are not predicted.
     pub unknown: usize,
     /// Predicted facts that a constraint of the domain decided.
@@ -129,6 +132,10 @@ pub struct PairReport {
     pub wrong: Vec<String>,
     /// Missing facts, with the true names.
     pub missing: Vec<String>,
+    /// Objects that are missed, invented or of another type, in words.
+    pub object_faults: Vec<String>,
+    /// Whether the state is strictly right: facts and objects.
+    pub strictly_right: bool,
     /// Anomalies: observations that no consistent state explains.
     pub anomalies: Vec<String>,
     /// The goal over the detections, or why there is none.
@@ -165,6 +172,7 @@ pub fn domain_report(evaluation: &Evaluation, left_out: &[String], details: bool
         recall: counts.recall(),
         f1: counts.f1(),
         exact_states: counts.exact,
+        strict_states: evaluated().filter(|e| e.is_strictly_right()).count(),
         unknown: counts.unknown,
         inferred: counts.inferred,
         anomalies: evaluated().map(|e| e.state.grounding.anomalies.len()).sum(),
@@ -218,6 +226,8 @@ fn pair_report(episode: &super::PairResult) -> PairReport {
         differs_from_recorded: episode.differs,
         wrong: texts(&score.wrong),
         missing: texts(&score.missing),
+        object_faults: episode.object_faults.clone(),
+        strictly_right: episode.is_strictly_right(),
         anomalies: anomalies.collect(),
         goal,
         dropped: episode.dropped.clone(),

@@ -45,7 +45,7 @@ fn cause(
     domain: &Domain,
     planner: &dyn Planner,
 ) -> (Stage, String) {
-    let unseen = detection_fault(&episode.boxes, test, domain);
+    let unseen = (!episode.object_faults.is_empty()).then(|| listed(&episode.object_faults));
     if episode.success.is_err()
         && let Some(why) = goal_fault(episode, test, domain, planner, unseen.is_some())
     {
@@ -114,8 +114,8 @@ fn goal_fault(
     }
 }
 
-/// Objects that are missed, invented or of another type.
-fn detection_fault(boxes: &[ObjectBox], test: &Labelled, domain: &Domain) -> Option<String> {
+/// Objects that are missed, invented or of another type, each in words.
+pub(super) fn object_faults(boxes: &[ObjectBox], test: &Labelled, domain: &Domain) -> Vec<String> {
     let matching = super::matching::matched(boxes, &test.boxes);
     let mut faults = Vec::new();
     let mut found: Vec<&Name> = Vec::new();
@@ -136,7 +136,7 @@ fn detection_fault(boxes: &[ObjectBox], test: &Labelled, domain: &Domain) -> Opt
     }
     let missed = test.boxes.iter().filter(|object| !found.contains(&&object.name));
     faults.extend(missed.map(|object| format!("{} is not detected", object.name)));
-    (!faults.is_empty()).then(|| listed(&faults))
+    faults
 }
 
 fn fact_fault(episode: &PairResult) -> String {
