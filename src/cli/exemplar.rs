@@ -1,12 +1,14 @@
-//! `groundloop exemplar render`: labelled examples of a simulated camera.
+//! `groundloop exemplar`: labelled examples of a simulated camera, and checks of any.
 
 use std::path::PathBuf;
 
-use super::{Failure, out};
+use super::{Failure, exemplar_check, out};
 use crate::run::load_run;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
+    /// Try labelled examples on themselves: what is not found, named or read there as labelled
+    Check(exemplar_check::Args),
     /// Render every scene of the domain's `scenes/exemplar/`, and label it by what is really there.
     Render(Args),
 }
@@ -28,6 +30,7 @@ pub(super) struct Args {
 
 pub(super) fn run(verb: &Verb) -> Result<u8, Failure> {
     match verb {
+        Verb::Check(args) => exemplar_check::run(args),
         Verb::Render(args) => render(args),
     }
 }

@@ -5,6 +5,7 @@ mod out;
 mod camera;
 mod config;
 mod eval;
+mod exemplar_check;
 mod exemplar;
 mod goal;
 mod ground;
@@ -81,7 +82,7 @@ enum Verb {
     Ground(ground::Args),
     /// Show what a goal is read as.
     Goal(goal::Args),
-    /// Make labelled examples.
+    /// Make and check labelled examples.
     #[command(subcommand)]
     Exemplar(exemplar::Verb),
     /// List detectors, planners and all other parts, with their options.

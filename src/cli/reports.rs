@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::metrics::EpisodeReport;
 use crate::parts::PartOption;
 use crate::pddl::Atom;
+use crate::perception::self_check::FindingKind;
 use crate::planning::{Outcome, Proof};
 
 /// Output of `groundloop run --json`: one episode, or all of them with `--episodes`.
@@ -131,6 +132,51 @@ pub(super) struct GroundedObject {
     pub(super) pixel_box: [f64; 4],
     /// The detector's confidence, from 0 to 1.
     pub(super) score: f32,
+}
+
+/// Output of `groundloop exemplar check --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop exemplar check --json")]
+pub(super) struct ExemplarCheckReport {
+    /// Whether nothing was found.
+    pub(super) right: bool,
+    /// What was found, by camera.
+    pub(super) cameras: Vec<CheckedCamera>,
+}
+
+/// The labelled examples of one camera.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct CheckedCamera {
+    /// The camera of the run file; `main` for loose files.
+    pub(super) camera: String,
+    /// How many examples it has.
+    pub(super) examples: usize,
+    /// How many objects are labelled in them.
+    pub(super) objects: usize,
+    /// What is not as labelled.
+    pub(super) findings: Vec<ExemplarFindingReport>,
+}
+
+/// One thing that is not as labelled.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ExemplarFindingReport {
+    /// The file of the example's boxes; `null` for what is about all examples.
+    pub(super) example: Option<String>,
+    /// What kind of thing.
+    #[schemars(extend("enum" = FindingKind::WORDS))]
+    pub(super) kind: &'static str,
+    /// The labelled object; `null` where there is none.
+    pub(super) object: Option<String>,
+    /// The fact that is read otherwise, as `(predicate object …)`.
+    pub(super) fact: Option<String>,
+    /// The predicate that is not taught.
+    pub(super) predicate: Option<String>,
+    /// The labelled box in pixels: left, top, right, bottom.
+    pub(super) labelled_box: Option<[f64; 4]>,
+    /// The detected box in pixels: left, top, right, bottom.
+    pub(super) found_box: Option<[f64; 4]>,
+    /// What is wrong, why, and what to do, in words.
+    pub(super) message: String,
 }
 
 /// Output of `groundloop goal --json`.

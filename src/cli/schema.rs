@@ -7,7 +7,8 @@ use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 use super::reports::{
-    ConfigReport, GoalReport, GroundReport, PartsReport, PlanReport, RunReport, ValidationReport,
+    ConfigReport, ExemplarCheckReport, GoalReport, GroundReport, PartsReport, PlanReport,
+    RunReport, ValidationReport,
 };
 use super::{Failure, out};
 use crate::eval::prodgv::EvaluationReport;
@@ -31,6 +32,7 @@ const SCHEMAS: &[(&str, Make)] = &[
     ("eval-robustness", schema::<RobustnessReport>),
     #[cfg(feature = "sim")]
     ("eval-sim-grounding", schema::<super::reports::SimGroundingReport>),
+    ("exemplar-check", schema::<ExemplarCheckReport>),
     ("goal", schema::<GoalReport>),
     ("ground", schema::<GroundReport>),
     ("parts", schema::<PartsReport>),

@@ -20,6 +20,7 @@ mod pipeline;
 mod unexplained;
 mod doubt;
 mod still;
+pub mod self_check;
 pub mod fusion;
 pub mod tracking;
 

@@ -9,6 +9,7 @@ mod camera_choice;
 mod schema;
 mod domain_folder;
 mod exemplars;
+mod self_check;
 mod still_image;
 mod planner;
 mod hardware;
@@ -34,5 +35,6 @@ pub use run_file::{
 };
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};
+pub use self_check::CameraCheck;
 pub use still_image::{StillImageParts, StillImageReader};
 pub use wiring::PreparedRun;

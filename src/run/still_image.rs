@@ -6,12 +6,14 @@ use std::sync::Arc;
 use image::RgbImage;
 
 use super::exemplars::view_of;
+use super::self_check::{SLOW, TaughtParts, warn};
 use super::{ConfigError, DomainFolder, read_image};
 use crate::goals::ReadImage;
 use crate::parts::PartChoice;
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::Grounder;
 use crate::perception::model::Exemplar;
+use crate::perception::self_check::ExemplarFinding;
 use crate::perception::{GripperContent, GroundedImage, ground_image};
 
 /// The parts that read single images of one camera.
@@ -31,10 +33,10 @@ pub struct StillImageParts {
 #[expect(missing_debug_implementations, reason = "parts are known by their names only")]
 pub struct StillImageReader {
     folder: Arc<DomainFolder>,
+    examples: Arc<Vec<(RgbImage, Exemplar)>>,
+    detector_name: String,
     detector: Box<dyn Detector>,
     grounder: Box<dyn Grounder>,
-    /// Width and height of the exemplars' images, pixels.
-    image_size: [u32; 2],
 }
 
 impl StillImageParts {
@@ -45,9 +47,10 @@ impl StillImageParts {
     pub fn reader(&self) -> Result<StillImageReader, ConfigError> {
         Ok(StillImageReader {
             folder: Arc::clone(&self.folder),
+            examples: Arc::clone(&self.examples),
+            detector_name: self.detector.name.clone(),
             detector: self.folder.detector(&self.detector, &self.examples)?,
             grounder: self.folder.grounder(&self.grounder, &self.examples)?,
-            image_size: self.examples.first().map_or([0, 0], |(_, e)| e.image_size),
         })
     }
 
@@ -61,6 +64,32 @@ impl StillImageParts {
 }
 
 impl StillImageReader {
+    /// Tries the labelled examples on themselves.
+    ///
+    /// # Errors
+    /// What detector or grounder say.
+    pub fn try_examples(&mut self) -> Result<Vec<ExemplarFinding>, ConfigError> {
+        let parts = TaughtParts {
+            detector_name: &self.detector_name,
+            detector: &mut *self.detector,
+            grounder: &*self.grounder,
+            has_depth: false,
+        };
+        self.folder.try_examples(parts, &self.examples)
+    }
+
+    /// Warns of what the examples show otherwise than labelled, with a detector that is quick.
+    ///
+    /// # Errors
+    /// As [`Self::try_examples`].
+    pub fn warn_of_examples(&mut self) -> Result<(), ConfigError> {
+        if self.detector.is_slow() || self.grounder.is_slow() {
+            tracing::debug!("the labelled examples are not tried on themselves: {SLOW}");
+            return Ok(());
+        }
+        self.try_examples().map(|findings| warn(&findings))
+    }
+
     /// Reads the state off an image file. Objects that `phrases` single out take the phrases as
     /// their names.
     ///
@@ -70,7 +99,8 @@ impl StillImageReader {
     pub fn read(&mut self, path: &Path, phrases: &[String]) -> Result<GroundedImage, ConfigError> {
         let picture = read_image(path)?;
         let name = path.display().to_string();
-        let ([width, height], got) = (self.image_size, [picture.width(), picture.height()]);
+        let [width, height] = self.examples.first().map_or([0, 0], |(_, e)| e.image_size);
+        let got = [picture.width(), picture.height()];
         if got != [width, height] {
             let reason = format!(
                 "expected {width}x{height} pixels like the labelled example, got {}x{}",

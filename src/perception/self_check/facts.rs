@@ -1,0 +1,128 @@
+//! The labelled state against what is read: from the labelled boxes, and from the detected ones.
+
+use std::collections::BTreeSet;
+
+use super::finding::{BoxOrigin, FindingKind};
+use super::{LabelledImage, SelfCheck};
+use crate::logic::Truth;
+use crate::pddl::{Atom, Name};
+use crate::perception::grounders::{slots, tuples};
+use crate::perception::model::{Exemplar, ObjectBox, When};
+use crate::perception::{
+    Detections, FrameView, GripperContent, Observation, Pipeline, State, StillError, Unexplained,
+};
+
+impl SelfCheck<'_> {
+    /// Facts that are read otherwise than labelled, each once: off the labelled boxes, which the
+    /// grounder has learnt from, else off the boxes that were `seen`.
+    pub(super) fn compare_facts(
+        &self,
+        example: &LabelledImage<'_>,
+        detections: &Detections,
+        seen: &[ObjectBox],
+    ) -> Result<Vec<FindingKind>, StillError> {
+        let labels = &example.exemplar.objects;
+        let mut kinds = Vec::new();
+        let mut told: BTreeSet<Atom> = BTreeSet::new();
+        for (boxes, objects, unexplained) in [
+            (BoxOrigin::Labelled, labels.as_slice(), [].as_slice()),
+            (BoxOrigin::Detected, seen, &detections.unexplained),
+        ] {
+            let state = self.state(example, objects, unexplained)?;
+            let differing = differing(&self.pipeline, example.exemplar, &state);
+            for (atom, is_labelled, read) in differing {
+                if told.insert(atom.clone()) {
+                    kinds.push(FindingKind::OtherFact { atom, is_labelled, read, boxes });
+                }
+            }
+        }
+        Ok(kinds)
+    }
+
+    fn state(
+        &self,
+        example: &LabelledImage<'_>,
+        objects: &[ObjectBox],
+        unexplained: &[Unexplained],
+    ) -> Result<State, StillError> {
+        let mut objects = objects.to_vec();
+        if !self.has_depth {
+            objects.iter_mut().for_each(|object| object.volume = None);
+        }
+        let frame = FrameView { image: Some(example.image), ..FrameView::default() };
+        let observation = Observation { frame, objects: &objects, unexplained };
+        Ok(self.pipeline.state(&observation, &GripperContent::Empty)?)
+    }
+}
+
+/// The facts of which labels and reading differ: whether each is labelled, and how it is read.
+///
+/// Observed facts are compared where the grounder judges them. If they agree, so are completed ones
+/// of predicates that the labelled state speaks of, unless something is held there.
+fn differing(
+    pipeline: &Pipeline<'_>,
+    exemplar: &Exemplar,
+    state: &State,
+) -> Vec<(Atom, bool, Truth)> {
+    let Pipeline { perception, .. } = pipeline;
+    let is_observed = |name: &Name| perception.observed_predicates().any(|p| p == name);
+    let judged = state.grounding.judged.iter().filter(|j| is_observed(&j.atom.predicate));
+    let read = judged.map(|j| (&j.atom, j.truth));
+    let observed = unlike(exemplar, read);
+    let mut held = perception.proprioceptive.iter().filter(|spec| spec.when == When::Holding);
+    let labelled = |name: &Name| exemplar.init.iter().any(|atom| atom.predicate == *name);
+    if !observed.is_empty() || held.any(|spec| labelled(&spec.predicate)) {
+        return observed;
+    }
+    let has_box = |name: &Name| exemplar.objects.iter().any(|object| object.name == *name);
+    let in_question = |atom: &&Atom| {
+        perception.completed.contains(&atom.predicate)
+            && labelled(&atom.predicate)
+            && atom.args.iter().all(has_box)
+    };
+    let facts = &state.facts;
+    let atoms = facts.known.iter().chain(&facts.unknown).chain(&exemplar.init);
+    let atoms: BTreeSet<&Atom> = atoms.filter(in_question).collect();
+    unlike(exemplar, atoms.into_iter().map(|atom| (atom, facts.truth(atom))))
+}
+
+/// Of what is read, that which is labelled otherwise.
+fn unlike<'a>(
+    exemplar: &Exemplar,
+    read: impl Iterator<Item = (&'a Atom, Truth)>,
+) -> Vec<(Atom, bool, Truth)> {
+    let compared = read.map(|(atom, truth)| (atom, exemplar.init.contains(atom), truth));
+    let unlike = compared.filter(|(_, is_labelled, truth)| {
+        *truth != if *is_labelled { Truth::True } else { Truth::False }
+    });
+    unlike.map(|(atom, is_labelled, truth)| (atom.clone(), is_labelled, truth)).collect()
+}
+
+/// Observed predicates that no example shows to hold, or none not to hold.
+pub(super) fn untaught(pipeline: &Pipeline<'_>, exemplars: &[&Exemplar]) -> Vec<FindingKind> {
+    let Pipeline { domain, perception, grounder, .. } = *pipeline;
+    let told_by_grounder = grounder.untaught();
+    let mut kinds = Vec::new();
+    for spec in &perception.observed {
+        // A predicate that the domain does not have was refused when the grounder was made.
+        let Ok(slots) = slots(domain, spec) else { continue };
+        let (mut n_positive, mut n_negative) = (0, 0);
+        for exemplar in exemplars {
+            for tuple in tuples(&domain.types, &slots, &exemplar.objects) {
+                let args = tuple.iter().map(|&at| exemplar.objects[at].name.clone()).collect();
+                let atom = Atom { predicate: spec.predicate.clone(), args };
+                let count =
+                    if exemplar.init.contains(&atom) { &mut n_positive } else { &mut n_negative };
+                *count += 1;
+            }
+        }
+        let unknown_where_touching = told_by_grounder.contains(&&spec.predicate);
+        for (n, holds) in [(n_positive, true), (n_negative, false)] {
+            if n == 0 {
+                let predicate = spec.predicate.clone();
+                kinds.push(FindingKind::Untaught { predicate, holds, unknown_where_touching });
+            }
+        }
+    }
+    kinds
+}
