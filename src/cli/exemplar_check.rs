@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::goal::choice;
 use super::reports::{CheckedCamera, ExemplarCheckReport, ExemplarFindingReport};
 use super::{Failure, exit, out};
-use crate::messages::MAIN_CAMERA;
 use crate::perception::self_check::{ExemplarFinding, FindingKind, Label};
 use crate::run::{CameraCheck, DomainFolder, ExemplarFiles, StillImageParts, load_run};
 
@@ -74,15 +73,13 @@ fn loose(args: &Args, domain: &Path) -> Result<CameraCheck, Failure> {
     };
     let folder = Arc::new(DomainFolder::given(domain)?);
     let example = ExemplarFiles::on_disk(image, boxes, state).read(&folder)?;
-    let n_objects = example.1.objects.len();
     let parts = StillImageParts {
         folder,
         examples: Arc::new(vec![example]),
         detector: choice("--detector", &args.detector, args.detector_options.as_deref())?,
         grounder: choice("--grounder", &args.grounder, None)?,
     };
-    let findings = parts.reader()?.try_examples()?;
-    Ok(CameraCheck { camera: MAIN_CAMERA.to_owned(), n_examples: 1, n_objects, findings })
+    Ok(parts.check_examples()?)
 }
 
 fn print(check: &CameraCheck) {

@@ -83,6 +83,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         grounder: choice("--grounder", &args.grounder, None)?,
     };
     let mut reader = parts.reader()?;
+    reader.warn_of_examples();
     let mut grounded = reader.read(&args.image, &[])?;
     let mut goal = read_goal(args, &folder, parts, &grounded)?;
     if let Some(goal) = goal.as_mut().filter(|goal| !goal.expected.is_empty()) {

@@ -174,7 +174,7 @@ impl DomainFolder {
         Ok(detector)
     }
 
-    /// Makes the chosen grounder from the labelled examples.
+    /// Makes the chosen grounder from the labelled examples, and warns of what they do not teach it.
     ///
     /// # Errors
     /// [`ConfigError`] for an unknown name, or examples that do not go together.
@@ -183,11 +183,7 @@ impl DomainFolder {
         choice: &PartChoice,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Grounder>, ConfigError> {
-        GROUNDERS.find(&choice.key, &choice.name)?;
-        let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
-        let (domain, perception) = (&self.domain, &self.perception);
-        let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
-        let grounder = GROUNDERS.build(&PartContext { choice, inputs, environment })?;
+        let grounder = self.silent_grounder(choice, examples)?;
         for predicate in grounder.untaught() {
             tracing::warn!(
                 "no labelled example shows {predicate}: where objects touch it is unknown; label one \
@@ -195,6 +191,19 @@ impl DomainFolder {
             );
         }
         Ok(grounder)
+    }
+
+    /// The same without a warning.
+    pub(super) fn silent_grounder(
+        &self,
+        choice: &PartChoice,
+        examples: &[(RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Grounder>, ConfigError> {
+        GROUNDERS.find(&choice.key, &choice.name)?;
+        let exemplars = Exemplars::new(examples.iter().map(|(_, e)| e.clone()).collect())?;
+        let (domain, perception) = (&self.domain, &self.perception);
+        let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
+        Ok(GROUNDERS.build(&PartContext { choice, inputs, environment })?)
     }
 }
 

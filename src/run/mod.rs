@@ -13,6 +13,7 @@ mod self_check;
 mod still_image;
 mod planner;
 mod hardware;
+mod ready_detectors;
 mod wiring;
 mod observer;
 mod scoring;

@@ -14,9 +14,8 @@ use crate::perception::self_check::{ExemplarFinding, FindingKind, LabelledImage,
 
 /// The detector that colours, outlines and sizes of `perception.toml` are for.
 const BY_COLOURS: &str = "colour";
-
-/// Why examples are not tried at the start; `groundloop exemplar check` does it.
-pub(super) const SLOW: &str = "detector or grounder are slow; groundloop exemplar check does it";
+/// The detector that takes boxes from a file: they are those of another picture.
+const FROM_FILE: &str = "annotated";
 
 /// The parts that examples are tried with; both have learnt from them.
 pub(super) struct TaughtParts<'a> {
@@ -41,6 +40,33 @@ pub struct CameraCheck {
     pub findings: Vec<ExemplarFinding>,
 }
 
+impl CameraCheck {
+    pub(super) fn new(
+        camera: &str,
+        examples: &[(RgbImage, Exemplar)],
+        mut findings: Vec<ExemplarFinding>,
+    ) -> Self {
+        // The grounder of a run learns from the examples of `[camera]` only.
+        findings.retain(|finding| {
+            camera == MAIN_CAMERA || !matches!(finding.kind, FindingKind::Untaught { .. })
+        });
+        let n_objects = examples.iter().map(|(_, exemplar)| exemplar.objects.len()).sum();
+        let (camera, n_examples) = (camera.to_owned(), examples.len());
+        Self { camera, n_examples, n_objects, findings }
+    }
+
+    /// Warns of what is grave, once for each finding. What grounders warn of by themselves is left
+    /// out.
+    fn warn(&self) {
+        let is_told = |kind: &FindingKind| {
+            matches!(kind, FindingKind::Untaught { unknown_where_touching: true, .. })
+        };
+        for finding in self.findings.iter().filter(|f| f.kind.is_grave() && !is_told(&f.kind)) {
+            tracing::warn!("{finding}");
+        }
+    }
+}
+
 impl DomainFolder {
     /// Tries labelled examples on parts that have learnt from them.
     pub(super) fn try_examples(
@@ -52,13 +78,35 @@ impl DomainFolder {
             Ok(LabelledImage { image: view_of(picture, &exemplar.name)?, exemplar })
         });
         let labelled = labelled.collect::<Result<Vec<_>, ConfigError>>()?;
+        let looks = parts.detector_name != FROM_FILE;
         let mut check = SelfCheck {
             pipeline: self.pipeline(parts.grounder),
-            detector: parts.detector,
+            detector: looks.then_some(parts.detector),
             goes_by_colours: parts.detector_name == BY_COLOURS,
             has_depth: parts.has_depth,
         };
         Ok(check.findings(&labelled)?)
+    }
+
+    /// Warns of what labelled examples show otherwise than labelled, where that takes little time. It
+    /// is no error, and neither is an example that cannot be tried.
+    pub(super) fn warn_of_examples(
+        &self,
+        camera: &str,
+        parts: TaughtParts<'_>,
+        examples: &[(RgbImage, Exemplar)],
+    ) {
+        if parts.detector.is_slow() || parts.grounder.is_slow() {
+            tracing::debug!(
+                "labelled examples of {camera}: not tried, since detector or grounder are slow; \
+                 groundloop exemplar check does it"
+            );
+            return;
+        }
+        match self.try_examples(parts, examples) {
+            Ok(findings) => CameraCheck::new(camera, examples, findings).warn(),
+            Err(error) => tracing::debug!("labelled examples of {camera}: not tried: {error}"),
+        }
     }
 }
 
@@ -72,57 +120,30 @@ impl RunConfig {
     pub fn check_examples(&self, data: Option<&Path>) -> Result<Vec<CameraCheck>, ConfigError> {
         let folder = self.domain_folder()?;
         self.check_domain(&folder)?;
-        let cameras = std::iter::once(MAIN_CAMERA).chain(self.cameras_with_examples());
+        let others = self.other_cameras().filter(|name| self.has_own_examples(name));
+        let cameras = std::iter::once(MAIN_CAMERA).chain(others.map(String::as_str));
         let checks = cameras.map(|camera| {
             let examples = self.exemplar_of(camera).read(&folder, data)?;
-            let detector = folder.detector(&self.detector_choice(), &examples)?;
-            self.check_camera_examples(&folder, camera, (detector, &examples))
+            let mut detector = folder.detector(&self.detector_choice(), &examples)?;
+            let grounder = folder.silent_grounder(&self.grounder_choice(), &examples)?;
+            let parts = self.taught_parts(&mut *detector, &*grounder);
+            let findings = folder.try_examples(parts, &examples)?;
+            Ok(CameraCheck::new(camera, &examples, findings))
         });
         checks.collect()
     }
 
-    /// The cameras beside that of `[camera]` that are used and have examples of their own.
-    pub(super) fn cameras_with_examples(&self) -> impl Iterator<Item = &str> {
-        let has_own = |name: &&String| self.cameras[*name].exemplar.is_some();
-        self.other_cameras().filter(has_own).map(String::as_str)
+    /// Whether another camera has labelled examples that are not those of `[camera]`.
+    pub(super) fn has_own_examples(&self, camera: &str) -> bool {
+        self.cameras.get(camera).is_some_and(|camera| camera.exemplar.is_some())
     }
 
-    /// Tries the examples of one camera on a detector that has learnt from them.
-    pub(super) fn check_camera_examples(
-        &self,
-        folder: &DomainFolder,
-        camera: &str,
-        (mut detector, examples): (Box<dyn Detector>, &[(RgbImage, Exemplar)]),
-    ) -> Result<CameraCheck, ConfigError> {
-        let grounder = folder.grounder(&self.grounder_choice(), examples)?;
-        let parts = TaughtParts {
-            detector_name: &self.perception.detector,
-            detector: &mut *detector,
-            grounder: &*grounder,
-            has_depth: true,
-        };
-        let mut findings = folder.try_examples(parts, examples)?;
-        // The grounder of a run learns from the examples of `[camera]` only.
-        let is_told = |finding: &ExemplarFinding| {
-            camera == MAIN_CAMERA || !matches!(finding.kind, FindingKind::Untaught { .. })
-        };
-        findings.retain(is_told);
-        let n_objects = examples.iter().map(|(_, exemplar)| exemplar.objects.len()).sum();
-        Ok(CameraCheck {
-            camera: camera.to_owned(),
-            n_examples: examples.len(),
-            n_objects,
-            findings,
-        })
-    }
-}
-
-/// Warns of what is grave, once for each finding. What a grounder warns of by itself is left out.
-pub(super) fn warn(findings: &[ExemplarFinding]) {
-    let is_told = |kind: &FindingKind| {
-        matches!(kind, FindingKind::Untaught { unknown_where_touching: true, .. })
-    };
-    for finding in findings.iter().filter(|f| f.kind.is_grave() && !is_told(&f.kind)) {
-        tracing::warn!("{finding}");
+    pub(super) fn taught_parts<'a>(
+        &'a self,
+        detector: &'a mut dyn Detector,
+        grounder: &'a dyn Grounder,
+    ) -> TaughtParts<'a> {
+        let detector_name = &self.perception.detector;
+        TaughtParts { detector_name, detector, grounder, has_depth: true }
     }
 }

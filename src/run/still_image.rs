@@ -6,14 +6,14 @@ use std::sync::Arc;
 use image::RgbImage;
 
 use super::exemplars::view_of;
-use super::self_check::{SLOW, TaughtParts, warn};
+use super::self_check::{CameraCheck, TaughtParts};
 use super::{ConfigError, DomainFolder, read_image};
 use crate::goals::ReadImage;
+use crate::messages::MAIN_CAMERA;
 use crate::parts::PartChoice;
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::Grounder;
 use crate::perception::model::Exemplar;
-use crate::perception::self_check::ExemplarFinding;
 use crate::perception::{GripperContent, GroundedImage, ground_image};
 
 /// The parts that read single images of one camera.
@@ -54,6 +54,24 @@ impl StillImageParts {
         })
     }
 
+    /// Tries the labelled examples on themselves.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the part that cannot be made, or what detector or grounder say.
+    pub fn check_examples(&self) -> Result<CameraCheck, ConfigError> {
+        let Self { folder, examples, .. } = self;
+        let mut detector = folder.detector(&self.detector, examples)?;
+        let grounder = folder.silent_grounder(&self.grounder, examples)?;
+        let parts = TaughtParts {
+            detector_name: &self.detector.name,
+            detector: &mut *detector,
+            grounder: &*grounder,
+            has_depth: false,
+        };
+        let findings = folder.try_examples(parts, examples)?;
+        Ok(CameraCheck::new(MAIN_CAMERA, examples, findings))
+    }
+
     /// For goal sources. Nothing is made before the first image is read.
     pub fn into_read_image(self) -> ReadImage {
         Arc::new(move |path| {
@@ -64,30 +82,15 @@ impl StillImageParts {
 }
 
 impl StillImageReader {
-    /// Tries the labelled examples on themselves.
-    ///
-    /// # Errors
-    /// What detector or grounder say.
-    pub fn try_examples(&mut self) -> Result<Vec<ExemplarFinding>, ConfigError> {
+    /// Warns of what the labelled examples show otherwise than labelled, where that takes little time.
+    pub fn warn_of_examples(&mut self) {
         let parts = TaughtParts {
             detector_name: &self.detector_name,
             detector: &mut *self.detector,
             grounder: &*self.grounder,
             has_depth: false,
         };
-        self.folder.try_examples(parts, &self.examples)
-    }
-
-    /// Warns of what the examples show otherwise than labelled, with a detector that is quick.
-    ///
-    /// # Errors
-    /// As [`Self::try_examples`].
-    pub fn warn_of_examples(&mut self) -> Result<(), ConfigError> {
-        if self.detector.is_slow() || self.grounder.is_slow() {
-            tracing::debug!("the labelled examples are not tried on themselves: {SLOW}");
-            return Ok(());
-        }
-        self.try_examples().map(|findings| warn(&findings))
+        self.folder.warn_of_examples(MAIN_CAMERA, parts, &self.examples);
     }
 
     /// Reads the state off an image file. Objects that `phrases` single out take the phrases as

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::camera_choice::OtherCamera;
+use super::ready_detectors::ReadyDetectors;
 use super::{
     ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
     StillImageParts, environment, in_data,
@@ -18,6 +19,7 @@ use crate::logic::Facts;
 use crate::messages::MAIN_CAMERA;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
+use crate::perception::grounders::Grounder;
 use crate::perception::model::Exemplar;
 use crate::perception::tracking::ParserConfig;
 use crate::skills::SkillMap;
@@ -36,6 +38,7 @@ pub struct PreparedRun {
     skills: SkillMap,
     /// Made once: it may have looked at an image or hold a connection.
     goal: Arc<dyn GoalSource>,
+    ready: ReadyDetectors,
 }
 
 /// What the actors of one episode share besides the bus.
@@ -61,12 +64,43 @@ impl PreparedRun {
         let others = others.collect::<Result<Vec<_>, ConfigError>>()?;
         let (folder, examples) = (Arc::new(folder), Arc::new(examples));
         let goal = goal_source(&config, &folder, &examples, data)?.into();
-        let prepared = Self { config, folder, examples, others, skills, goal };
+        let ready = ReadyDetectors::default();
+        let prepared = Self { config, folder, examples, others, skills, goal, ready };
         // Whatever may fail fails here, before anything starts.
-        prepared.grounder()?;
+        let grounder = prepared.grounder()?;
         prepared.planner().replanner(prepared.reference_states())?;
         prepared.check_hardware(&prepared.hardware()?)?;
+        prepared.make_detectors(&*grounder)?;
         Ok(prepared)
+    }
+
+    /// Makes the detector of every camera for the first episode, and warns of examples that it does
+    /// not read as they are labelled.
+    fn make_detectors(&self, grounder: &dyn Grounder) -> Result<(), ConfigError> {
+        let mut detector = self.detector(&self.examples)?;
+        let parts = self.config.taught_parts(&mut *detector, grounder);
+        self.folder.warn_of_examples(MAIN_CAMERA, parts, &self.examples);
+        self.ready.put(MAIN_CAMERA, detector);
+        for OtherCamera { name, examples } in &self.others {
+            let mut detector = self.detector(examples)?;
+            if self.config.has_own_examples(name) {
+                let choice = self.config.grounder_choice();
+                let grounder = self.folder.silent_grounder(&choice, examples)?;
+                let parts = self.config.taught_parts(&mut *detector, &*grounder);
+                self.folder.warn_of_examples(name, parts, examples);
+            }
+            self.ready.put(name, detector);
+        }
+        Ok(())
+    }
+
+    /// The detector that was made for a camera, or a new one after the first episode.
+    fn ready_detector(
+        &self,
+        camera: &str,
+        examples: &[(image::RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Detector>, ConfigError> {
+        self.ready.take(camera).map_or_else(|| self.detector(examples), Ok)
     }
 
     /// Width and height that frames must have.
@@ -97,7 +131,7 @@ impl PreparedRun {
         })
     }
 
-    fn grounder(&self) -> Result<Box<dyn crate::perception::grounders::Grounder>, ConfigError> {
+    fn grounder(&self) -> Result<Box<dyn Grounder>, ConfigError> {
         self.folder.grounder(&self.config.grounder_choice(), &self.examples)
     }
 
@@ -146,14 +180,14 @@ impl PreparedRun {
             belief: self.config.perception.belief.clone(),
             self_filter: self.config.robot.self_filter.clone(),
         };
-        let first = self.detector(&self.examples)?;
+        let first = self.ready_detector(MAIN_CAMERA, &self.examples)?;
         let perception = &self.config.perception;
         let beside = match perception.detector_mode {
             Some(mode) => mode == DetectorMode::Async,
             None => is_slow || first.is_slow(),
         };
         let others = self.others.iter().map(|other| {
-            let first = self.detector(&other.examples)?;
+            let first = self.ready_detector(&other.name, &other.examples)?;
             Ok(scene_parser::CameraArgs {
                 name: other.name.clone(),
                 detector: self.make_detector(first, &other.examples),

@@ -14,20 +14,20 @@ use crate::perception::{
 
 impl SelfCheck<'_> {
     /// Facts that are read otherwise than labelled, each once: off the labelled boxes, which the
-    /// grounder has learnt from, else off the boxes that were `seen`.
+    /// grounder has learnt from, else off those of the objects that were `seen`.
     pub(super) fn compare_facts(
         &self,
         example: &LabelledImage<'_>,
-        detections: &Detections,
-        seen: &[ObjectBox],
+        seen: Option<(&Detections, &[ObjectBox])>,
     ) -> Result<Vec<FindingKind>, StillError> {
         let labels = &example.exemplar.objects;
         let mut kinds = Vec::new();
         let mut told: BTreeSet<Atom> = BTreeSet::new();
-        for (boxes, objects, unexplained) in [
-            (BoxOrigin::Labelled, labels.as_slice(), [].as_slice()),
-            (BoxOrigin::Detected, seen, &detections.unexplained),
-        ] {
+        let labelled = (BoxOrigin::Labelled, labels.as_slice(), [].as_slice());
+        let seen = seen.map(|(detections, objects)| {
+            (BoxOrigin::Detected, objects, detections.unexplained.as_slice())
+        });
+        for (boxes, objects, unexplained) in std::iter::once(labelled).chain(seen) {
             let state = self.state(example, objects, unexplained)?;
             let differing = differing(&self.pipeline, example.exemplar, &state);
             for (atom, is_labelled, read) in differing {

@@ -1,6 +1,6 @@
 //! Which detection is which labelled object.
 
-use crate::geometry::PixelBox;
+use crate::geometry::{MaskRun, PixelBox};
 use crate::pddl::Types;
 use crate::perception::Detection;
 use crate::perception::model::ObjectBox;
@@ -57,7 +57,7 @@ pub(super) fn matched(types: &Types, labels: &[ObjectBox], found: &[Detection]) 
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (l, label) in labels.iter().enumerate() {
         let fitting = found.iter().enumerate().filter(|(_, d)| is_of(label, d));
-        pairs.extend(fitting.map(|(d, f)| (f.pixel_box.iou(&label.pixel_box), l, d)));
+        pairs.extend(fitting.map(|(d, f)| (overlap(label, f), l, d)));
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     take(&mut matched, pairs.iter().filter(|(iou, ..)| *iou >= IOU_SAME_MIN), true);
@@ -95,6 +95,27 @@ fn take<'p>(
             matched.pairs.push((*label, *detection, fits));
         }
     }
+}
+
+/// How much two are in the same place (intersection over union): by their boxes, or by their pixels
+/// where both tell them. Thin visible corners of a hidden object make a box, and few pixels.
+fn overlap(label: &ObjectBox, detection: &Detection) -> f64 {
+    let of_boxes = label.pixel_box.iou(&detection.pixel_box);
+    let Some(mask) = label.mask.as_ref().filter(|_| of_boxes > 0.0) else { return of_boxes };
+    let common: f64 = detection
+        .mask
+        .iter()
+        .map(|run| {
+            let from = mask.partition_point(|other| other.y < run.y);
+            let in_row = mask[from..].iter().take_while(|other| other.y == run.y);
+            let common = |other: &MaskRun| {
+                other.x_end.min(run.x_end).saturating_sub(other.x_start.max(run.x_start))
+            };
+            in_row.map(|other| f64::from(common(other))).sum::<f64>()
+        })
+        .sum();
+    let all = mask.area() + detection.mask_area() as f64 - common;
+    of_boxes.max(if all > 0.0 { common / all } else { 0.0 })
 }
 
 /// Whether most of a label's box is inside a detection's.
