@@ -86,10 +86,12 @@ fn print(check: &CameraCheck) {
     let CameraCheck { camera, n_examples, n_objects, findings } = check;
     let found = match findings.len() {
         0 => "all as labelled".to_owned(),
-        n => format!("{n} not as labelled"),
+        1 => "1 finding".to_owned(),
+        n => format!("{n} findings"),
     };
+    let s = if *n_examples == 1 { "" } else { "s" };
     out::line(&format!(
-        "camera {camera}: {n_examples} labelled examples, {n_objects} objects: {found}"
+        "camera {camera}: {n_examples} labelled example{s}, {n_objects} objects: {found}"
     ));
     findings.iter().for_each(|finding| out::line(&format!("  {finding}")));
 }

@@ -6,6 +6,7 @@ use image::RgbImage;
 
 use super::exemplars::view_of;
 use super::{ConfigError, DomainFolder, RunConfig};
+use crate::clock::monotonic_ns;
 use crate::messages::MAIN_CAMERA;
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::Grounder;
@@ -103,8 +104,13 @@ impl DomainFolder {
             );
             return;
         }
+        let started_ns = monotonic_ns();
         match self.try_examples(parts, examples) {
-            Ok(findings) => CameraCheck::new(camera, examples, findings).warn(),
+            Ok(findings) => {
+                let elapsed_ms = (monotonic_ns() - started_ns) / 1_000_000;
+                tracing::debug!("labelled examples of {camera}: tried in {elapsed_ms} ms");
+                CameraCheck::new(camera, examples, findings).warn();
+            }
             Err(error) => tracing::debug!("labelled examples of {camera}: not tried: {error}"),
         }
     }

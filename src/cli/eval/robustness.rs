@@ -10,11 +10,11 @@ use super::super::{Failure, out};
 use crate::eval::prodgv::{DomainData, FittedDomain, data_set};
 use crate::eval::robustness::{
     Conditions, RobustnessReport, RobustnessRow, TRANSFORMS, Transform, Tried, Worth,
-    on_photographs,
+    on_photographs, plot,
 };
 use crate::files::Folder;
 use crate::parts::PartChoice;
-use crate::run::DomainFolder;
+use crate::run::{DomainFolder, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -47,6 +47,14 @@ pub(super) struct Args {
     /// Writes each disturbed picture that is not read rightly to this folder.
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
+    /// Draws the table: for each disturbance how many states are right, unknown, doubted and silent.
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// Shows a report that was saved with `--json`, and measures nothing.
+    #[arg(long, value_name = "FILE.json",
+          conflicts_with_all = ["data", "domain", "scenes", "detector", "grounder", "transforms",
+                                "seed", "details", "pictures"])]
+    from: Option<PathBuf>,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -56,8 +64,32 @@ fn names() -> clap::builder::PossibleValuesParser {
     clap::builder::PossibleValuesParser::new(TRANSFORMS.iter().map(|transform| transform.name))
 }
 
-/// Measures and prints the table.
+/// Measures, or takes a saved report; prints the table and draws it.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
+    let report = match &args.from {
+        Some(path) => saved(path)?,
+        None => measured(args)?,
+    };
+    if let Some(path) = &args.plot {
+        let svg = plot(&report).map_err(Failure::internal)?;
+        std::fs::write(path, svg).map_err(|e| unwritten(path, &e))?;
+    }
+    if args.json {
+        out::json(&report)?;
+    } else {
+        print(&report);
+    }
+    Ok(0)
+}
+
+fn saved(path: &Path) -> Result<RobustnessReport, Failure> {
+    serde_json::from_str(&read_text(path)?).map_err(|error| {
+        let expected = "expected a report of groundloop eval robustness --json";
+        Failure::bad_input(format!("{}: {expected}: {error}", path.display()))
+    })
+}
+
+fn measured(args: &Args) -> Result<RobustnessReport, Failure> {
     let wanted =
         |t: &Transform| args.transforms.is_empty() || args.transforms.iter().any(|n| n == t.name);
     let transforms: Vec<Transform> = TRANSFORMS.iter().filter(|t| wanted(t)).copied().collect();
@@ -88,13 +120,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     }
     scenes(args, &conditions, &mut add)?;
     bar.finish_and_clear();
-    unwritten.map_or(Ok(()), Err)?;
-    if args.json {
-        out::json(&report)?;
-    } else {
-        print(&report);
-    }
-    Ok(0)
+    unwritten.map_or(Ok(report), Err)
 }
 
 type Add<'a> = &'a mut dyn FnMut(&str, &Tried<'_>);
@@ -195,8 +221,7 @@ fn print(report: &RobustnessReport) {
 }
 
 fn cells(row: &RobustnessRow) -> Vec<Cell> {
-    let name =
-        if row.hides { format!("{} (hides)", row.transform) } else { row.transform.to_owned() };
+    let name = row.label();
     let numbers = [row.right, row.unknown, row.doubted, row.silent, row.n()];
     std::iter::once(Cell::new(name)).chain(numbers.map(right)).collect()
 }

@@ -9,10 +9,12 @@ mod photographs;
 #[cfg(feature = "sim")]
 mod rendered;
 mod report;
+mod plot;
 mod transform;
 mod verdict;
 
 pub use photographs::on_photographs;
+pub use plot::{RobustnessPlotError, plot};
 #[cfg(feature = "sim")]
 pub use rendered::on_rendered_scenes;
 pub use report::{RobustnessFault, RobustnessReport, RobustnessRow};

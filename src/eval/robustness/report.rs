@@ -1,7 +1,7 @@
 //! What came of all disturbed pictures, counted.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{TRANSFORMS, Tried, Worth};
 
@@ -9,7 +9,7 @@ use super::{TRANSFORMS, Tried, Worth};
 const Z_95: f64 = 1.96;
 
 /// Output of `groundloop eval robustness --json`.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(title = "groundloop eval robustness --json")]
 pub struct RobustnessReport {
     /// The detector.
@@ -26,12 +26,12 @@ pub struct RobustnessReport {
 
 /// One set of pictures under one disturbance. Objects count as facts do: a missed or an invented
 /// object makes a state wrong.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RobustnessRow {
     /// The pictures: a domain's photographs or rendered scenes.
     pub pictures: String,
     /// The disturbance.
-    pub transform: &'static str,
+    pub transform: String,
     /// Whether it hides parts of objects: then unknown is as good as right.
     pub hides: bool,
     /// States that are exactly right.
@@ -47,12 +47,12 @@ pub struct RobustnessRow {
 }
 
 /// What is wrong with one state.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RobustnessFault {
     /// Which picture, read by which example.
     pub case: String,
     /// The disturbance.
-    pub transform: &'static str,
+    pub transform: String,
     /// What the state is worth.
     pub worth: Worth,
     /// What is wrong, missing or unknown.
@@ -62,6 +62,11 @@ pub struct RobustnessFault {
 }
 
 impl RobustnessRow {
+    /// The disturbance, with a word where it hides parts of objects.
+    pub fn label(&self) -> String {
+        if self.hides { format!("{} (hides)", self.transform) } else { self.transform.clone() }
+    }
+
     /// How many states were read.
     pub fn n(&self) -> u32 {
         self.right + self.unknown + self.doubted + self.silent
@@ -102,7 +107,7 @@ impl RobustnessReport {
             let anomalies = tried.read.state.grounding.anomalies.iter();
             self.faults.push(RobustnessFault {
                 case: tried.case.to_owned(),
-                transform,
+                transform: transform.to_owned(),
                 worth,
                 faults: tried.judgement.faults.clone(),
                 anomalies: anomalies.map(ToString::to_string).collect(),
@@ -146,9 +151,9 @@ impl RobustnessReport {
     }
 }
 
-fn empty(pictures: &str, transform: &'static str, hides: bool) -> RobustnessRow {
+fn empty(pictures: &str, transform: &str, hides: bool) -> RobustnessRow {
     let (right, unknown, doubted, silent) = Default::default();
-    let pictures = pictures.to_owned();
+    let (pictures, transform) = (pictures.to_owned(), transform.to_owned());
     RobustnessRow {
         pictures,
         transform,

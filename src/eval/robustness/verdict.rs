@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::logic::Truth;
 use crate::pddl::{Atom, Name};
@@ -18,7 +18,9 @@ const IOU_FOUND_MIN: f64 = 0.3;
 const HIDDEN_MIN: f64 = 0.3;
 
 /// What a state that was read is worth, best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Worth {
     /// Every object and every observed fact is right.

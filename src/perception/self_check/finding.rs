@@ -120,6 +120,11 @@ pub enum NotFoundReason {
         /// Where it is.
         patch: PixelBox,
     },
+    /// Its own labelled pixels are too few for an object that is seen whole.
+    PartlyHidden {
+        /// How much of its box they fill.
+        share: f64,
+    },
     /// It stands far from all others, or beside all fixtures.
     Outside,
     /// One detection covers it together with another labelled object.
@@ -152,9 +157,18 @@ impl FindingKind {
     }
 
     /// Whether it is told at the start of a run: all but facts that are merely unknown, which the
-    /// loop meets with another look.
+    /// loop meets with another look, and objects that the labels themselves say to be partly hidden.
     pub fn is_grave(&self) -> bool {
-        !matches!(self, Self::OtherFact { read: Truth::Unknown, .. })
+        match self {
+            Self::NotFound { reason: NotFoundReason::PartlyHidden { .. }, .. }
+            | Self::OtherFact { read: Truth::Unknown, .. } => false,
+            Self::NotFound { .. }
+            | Self::OtherBox { .. }
+            | Self::OtherColour { .. }
+            | Self::Unlabelled { .. }
+            | Self::OtherFact { .. }
+            | Self::Untaught { .. } => true,
+        }
     }
 }
 
@@ -264,7 +278,11 @@ impl Display for NotFoundReason {
                     Some((colour, b)) => write!(f, "the {colour} patch there, {},", Edges(b))?,
                     None => write!(f, "its box")?,
                 }
-                write!(f, " has {value:.3}, and {key} allows {low} to {high}: correct label or key")
+                write!(
+                    f,
+                    " has {value:.3}, and {key} allows {low} to {high}: correct label \
+                     or key, or show it whole"
+                )
             }
             Self::NoColour { wanted, shown, middle: [r, g, b] } => {
                 let of_type = "none of its type's colours";
@@ -291,6 +309,12 @@ impl Display for NotFoundReason {
                 "there is a {colour} patch at {}, too unlike an object in outline, size or contrast: \
                  correct the box, or take another picture",
                 Edges(patch)
+            ),
+            Self::PartlyHidden { share } => write!(
+                f,
+                "by its own pixels ({:.0} % of its box) it is partly hidden: label another picture \
+                 that shows it whole, if none does",
+                100.0 * share
             ),
             Self::Outside => write!(
                 f,

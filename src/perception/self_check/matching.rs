@@ -1,6 +1,6 @@
 //! Which detection is which labelled object.
 
-use crate::geometry::{MaskRun, PixelBox};
+use crate::geometry::{Mask, MaskRun, PixelBox};
 use crate::pddl::Types;
 use crate::perception::Detection;
 use crate::perception::model::ObjectBox;
@@ -101,7 +101,9 @@ fn take<'p>(
 /// where both tell them. Thin visible corners of a hidden object make a box, and few pixels.
 fn overlap(label: &ObjectBox, detection: &Detection) -> f64 {
     let of_boxes = label.pixel_box.iou(&detection.pixel_box);
-    let Some(mask) = label.mask.as_ref().filter(|_| of_boxes > 0.0) else { return of_boxes };
+    let of_label = |mask: &&Mask| hull(mask).iou(&label.pixel_box) >= IOU_SAME_MIN;
+    let mask = label.mask.as_ref().filter(|_| of_boxes > 0.0).filter(of_label);
+    let Some(mask) = mask else { return of_boxes };
     let common: f64 = detection
         .mask
         .iter()
@@ -116,6 +118,15 @@ fn overlap(label: &ObjectBox, detection: &Detection) -> f64 {
         .sum();
     let all = mask.area() + detection.mask_area() as f64 - common;
     of_boxes.max(if all > 0.0 { common / all } else { 0.0 })
+}
+
+/// The smallest box around pixels.
+fn hull(mask: &Mask) -> PixelBox {
+    let boxes = mask.iter().map(|run| {
+        let [x1, x2, y] = [run.x_start, run.x_end, run.y].map(f64::from);
+        PixelBox { x1, y1: y, x2, y2: y + 1.0 }
+    });
+    boxes.reduce(|a, b| a.hull(&b)).unwrap_or(PixelBox { x1: 0.0, y1: 0.0, x2: 0.0, y2: 0.0 })
 }
 
 /// Whether most of a label's box is inside a detection's.

@@ -137,6 +137,10 @@ impl SelfCheck<'_> {
             return Ok(NotFoundReason::Unknown);
         }
         let Some(appearance) = &spec.appearance else { return Ok(NotFoundReason::NoLook) };
+        let share = object.mask.as_ref().map(|mask| mask.area() / object.pixel_box.area());
+        if let Some(share) = share.filter(|share| *share < appearance.fill_min) {
+            return Ok(NotFoundReason::PartlyHidden { share });
+        }
         let height = example.image.height() as f64;
         if let Some(limit) = colours::off_limit(appearance, &object.pixel_box, height) {
             return Ok(limit.of_label(&spec.name));
