@@ -70,3 +70,29 @@ fn the_report_is_of_its_schema_and_the_same_each_time() {
     schema::obeys("eval-robustness", &report);
     assert_eq!(report["rows"].as_array().unwrap().len(), 4);
 }
+
+/// What was written with `--json` is shown and drawn again without a measurement.
+#[test]
+fn a_saved_report_is_shown_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let [saved, plot] = ["report.json", "plot.svg"].map(|name| folder.path().join(name));
+    let text = r#"{"detector":"colour","grounder":"s2s","seed":3,"rows":[{"pictures":"blocks, rendered","transform":"pole","hides":true,"right":3,"unknown":1,"doubted":0,"silent":0,"right_share_95":[0.25,1.0]}],"faults":[]}"#;
+    std::fs::write(&saved, text).unwrap();
+    let paths = [&saved, &plot].map(|path| path.display().to_string());
+    let call = |more: &[&str]| {
+        Process::start(&[&["eval", "robustness", "--from", paths[0].as_str()], more].concat()).end()
+    };
+    let ended = call(&["--plot", &paths[1], "--json"]);
+    assert_eq!((ended.status.code(), ended.stdout.trim()), (Some(0), text), "{}", ended.stderr);
+    let svg = std::fs::read_to_string(&plot).unwrap();
+    assert!(svg.contains("blocks, rendered") && svg.contains("pole (hides)"), "{svg}");
+    let printed = call(&[]).stdout;
+    assert!(printed.starts_with("blocks, rendered, detector colour, grounder s2s:"), "{printed}");
+
+    assert_eq!(call(&["--scenes", "1"]).status.code(), Some(2), "nothing is measured");
+    std::fs::write(&saved, text.replace("\"right\":3", "\"right\":-3")).unwrap();
+    let refused = call(&[]);
+    assert_eq!(refused.status.code(), Some(2));
+    let expect = "report.json: expected a report of groundloop eval robustness --json: ";
+    assert!(refused.stderr.contains(expect), "{}", refused.stderr);
+}

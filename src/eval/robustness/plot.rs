@@ -121,31 +121,31 @@ fn rows(report: &RobustnessReport, set: &str) -> Vec<RobustnessRow> {
 }
 
 fn draw_head(area: &Area<'_>, report: &RobustnessReport) -> Drawn<()> {
-    area.draw(&Text::new("What is read off disturbed pictures", (16, 12), ink(22)))?;
+    area.draw(&Text::new("What is read off disturbed pictures", (16, 24), left(27)))?;
     let RobustnessReport { detector, grounder, seed, .. } = report;
     let how = format!(
-        "share of states by disturbance; numbers: states; detector {detector}, grounder {grounder}, \
-         seed {seed}; (hides): unknown is as good as right"
+        "share of states by disturbance, with their numbers; (hides): unknown is as good as right. \
+         Detector {detector}, grounder {grounder}, seed {seed}"
     );
-    area.draw(&Text::new(how, (16, 42), ink(14)))?;
+    area.draw(&Text::new(how, (16, 50), left(16)))?;
     let mut x = 16;
     for part in &PARTS {
         area.draw(&Rectangle::new([(x, 70), (x + 16, 86)], part.colour.filled()))?;
-        area.draw(&Text::new(part.name, (x + 22, 78), ink(15).pos(at(HPos::Left))))?;
+        area.draw(&Text::new(part.name, (x + 22, 78), left(18)))?;
         x += 50 + 8 * part.name.len() as i32;
     }
     Ok(())
 }
 
 fn draw_panel(area: &Area<'_>, set: &str, rows: &[RobustnessRow]) -> Drawn<()> {
-    area.draw(&Text::new(set.to_owned(), (NAMES_WIDTH, 10), ink(17)))?;
+    area.draw(&Text::new(set.to_owned(), (NAMES_WIDTH, 16), left(20)))?;
     let bottom = CAPTION_HEIGHT + ROW.0 * rows.len() as i32;
     for quarter in 0..=4 {
         let x = NAMES_WIDTH + BAR_WIDTH * quarter / 4;
         let line = [(x, CAPTION_HEIGHT - 4), (x, bottom + 2)];
         area.draw(&PathElement::new(line, GRID.stroke_width(1)))?;
         let label = format!("{} %", 25 * quarter);
-        area.draw(&Text::new(label, (x, bottom + 12), ink(13).pos(at(HPos::Center))))?;
+        area.draw(&Text::new(label, (x, bottom + 12), ink(16).pos(at(HPos::Center))))?;
     }
     for (row, line) in rows.iter().zip(0..) {
         draw_bar(area, row, CAPTION_HEIGHT + ROW.0 * line)?;
@@ -156,7 +156,7 @@ fn draw_panel(area: &Area<'_>, set: &str, rows: &[RobustnessRow]) -> Drawn<()> {
 fn draw_bar(area: &Area<'_>, row: &RobustnessRow, y: i32) -> Drawn<()> {
     let name = row.label();
     let middle = y + ROW.1 / 2;
-    area.draw(&Text::new(name, (NAMES_WIDTH - 8, middle), ink(14).pos(at(HPos::Right))))?;
+    area.draw(&Text::new(name, (NAMES_WIDTH - 8, middle), ink(17).pos(at(HPos::Right))))?;
     let n = f64::from(row.n().max(1));
     let x_of = |states: u32| NAMES_WIDTH + (f64::from(BAR_WIDTH) * f64::from(states) / n) as i32;
     let mut before = 0;
@@ -170,15 +170,20 @@ fn draw_bar(area: &Area<'_>, row: &RobustnessRow, y: i32) -> Drawn<()> {
         area.draw(&Rectangle::new([(left, y), (right, y + ROW.1)], part.colour.filled()))?;
         area.draw(&Rectangle::new([(left, y), (right, y + ROW.1)], WHITE.stroke_width(1)))?;
         if right - left >= NUMBERED_WIDTH_MIN {
-            let style = ("sans-serif", 12).into_font().color(&part.ink).pos(at(HPos::Center));
+            let style = ("sans-serif", 15).into_font().color(&part.ink).pos(at(HPos::Center));
             area.draw(&Text::new(count.to_string(), (i32::midpoint(left, right), middle), style))?;
         }
     }
     Ok(())
 }
 
+/// Text; sizes are those of the drawing library, a quarter larger than pixels.
 fn ink(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&INK)
+}
+
+fn left(size: u32) -> TextStyle<'static> {
+    ink(size).pos(at(HPos::Left))
 }
 
 /// Vertically in the middle.
