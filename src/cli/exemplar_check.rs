@@ -93,7 +93,9 @@ fn print(check: &CameraCheck) {
     out::line(&format!(
         "camera {camera}: {n_examples} labelled example{s}, {n_objects} objects: {found}"
     ));
-    findings.iter().for_each(|finding| out::line(&format!("  {finding}")));
+    for finding in findings {
+        out::line(&format!("  {finding}"));
+    }
 }
 
 fn checked(check: &CameraCheck) -> CheckedCamera {

@@ -79,12 +79,12 @@ impl DomainFolder {
             Ok(LabelledImage { image: view_of(picture, &exemplar.name)?, exemplar })
         });
         let labelled = labelled.collect::<Result<Vec<_>, ConfigError>>()?;
-        let looks = parts.detector_name != FROM_FILE;
+        let TaughtParts { detector_name, detector, grounder, has_depth } = parts;
         let mut check = SelfCheck {
-            pipeline: self.pipeline(parts.grounder),
-            detector: looks.then_some(parts.detector),
-            goes_by_colours: parts.detector_name == BY_COLOURS,
-            has_depth: parts.has_depth,
+            pipeline: self.pipeline(grounder),
+            detector: (detector_name != FROM_FILE).then_some(detector),
+            goes_by_colours: detector_name == BY_COLOURS,
+            has_depth,
         };
         Ok(check.findings(&labelled)?)
     }

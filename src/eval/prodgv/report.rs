@@ -108,6 +108,7 @@ pub struct JitterReport {
 
 /// What was measured of one pair.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[expect(clippy::struct_excessive_bools, reason = "a row of a report: each is a figure of its own")]
 pub struct PairReport {
     /// Number of the problem that is the exemplar.
     pub exemplar: u32,

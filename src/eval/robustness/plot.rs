@@ -89,7 +89,8 @@ fn draw(report: &RobustnessReport) -> Drawn<String> {
         report.sets().into_iter().map(|set| (set.to_owned(), rows(report, set))).collect();
     let n_columns = panels.len().clamp(1, COLUMNS);
     let n_lines = panels.len().div_ceil(COLUMNS).max(1) as u32;
-    let n_bars = panels.iter().map(|(_, rows)| rows.len()).max().unwrap_or(0) as i32;
+    let n_bars = panels.iter().map(|(_, rows)| rows.len()).max();
+    let n_bars = pixels(n_bars.unwrap_or(0));
     let panel_height = (CAPTION_HEIGHT + ROW.0 * n_bars + AXIS_HEIGHT) as u32;
     let size = (PANEL_WIDTH * n_columns as u32, HEAD_HEIGHT + panel_height * n_lines);
     let mut svg = String::new();
@@ -120,6 +121,11 @@ fn rows(report: &RobustnessReport, set: &str) -> Vec<RobustnessRow> {
     rows
 }
 
+/// A count, for a product with pixels.
+fn pixels(count: usize) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
+}
+
 fn draw_head(area: &Area<'_>, report: &RobustnessReport) -> Drawn<()> {
     area.draw(&Text::new("What is read off disturbed pictures", (16, 24), left(27)))?;
     let RobustnessReport { detector, grounder, seed, .. } = report;
@@ -132,14 +138,14 @@ fn draw_head(area: &Area<'_>, report: &RobustnessReport) -> Drawn<()> {
     for part in &PARTS {
         area.draw(&Rectangle::new([(x, 70), (x + 16, 86)], part.colour.filled()))?;
         area.draw(&Text::new(part.name, (x + 22, 78), left(18)))?;
-        x += 50 + 8 * part.name.len() as i32;
+        x += 50 + 8 * pixels(part.name.len());
     }
     Ok(())
 }
 
 fn draw_panel(area: &Area<'_>, set: &str, rows: &[RobustnessRow]) -> Drawn<()> {
     area.draw(&Text::new(set.to_owned(), (NAMES_WIDTH, 16), left(20)))?;
-    let bottom = CAPTION_HEIGHT + ROW.0 * rows.len() as i32;
+    let bottom = CAPTION_HEIGHT + ROW.0 * pixels(rows.len());
     for quarter in 0..=4 {
         let x = NAMES_WIDTH + BAR_WIDTH * quarter / 4;
         let line = [(x, CAPTION_HEIGHT - 4), (x, bottom + 2)];
@@ -224,7 +230,7 @@ mod tests {
         let lines = svg.lines().filter(|line| line.starts_with("<rect "));
         let of_colour = lines.filter(|line| line.contains(&format!("fill=\"{colour}\"")));
         let bars = of_colour.map(|line| ["x", "y", "width"].map(|key| value(line, key)));
-        bars.filter(|[_, y, _]| *y > HEAD_HEIGHT as i32).collect()
+        bars.filter(|[_, y, _]| *y > HEAD_HEIGHT.cast_signed()).collect()
     }
 
     #[test]
@@ -232,7 +238,7 @@ mod tests {
         let svg = draw(&report(vec![row("blocks & <rings>", "none", [10, 5, 0, 5])])).unwrap();
         let [right, unknown, silent] =
             ["#0072B2", "#BFE0F3", "#B84700"].map(|colour| bars(&svg, colour));
-        let y = HEAD_HEIGHT as i32 + CAPTION_HEIGHT;
+        let y = HEAD_HEIGHT.cast_signed() + CAPTION_HEIGHT;
         assert_eq!(right, [[NAMES_WIDTH, y, BAR_WIDTH / 2]]);
         assert_eq!(unknown, [[NAMES_WIDTH + BAR_WIDTH / 2, y, BAR_WIDTH / 4]]);
         assert_eq!(silent, [[NAMES_WIDTH + BAR_WIDTH * 3 / 4, y, BAR_WIDTH / 4]]);
@@ -246,7 +252,8 @@ mod tests {
         let rows = rows.map(|(set, transform)| row(set, transform, [4, 0, 0, 0])).to_vec();
         let svg = draw(&report(rows)).unwrap();
         let right = bars(&svg, "#0072B2");
-        let in_panel = |at: i32| right.iter().filter(|b| b[0] / PANEL_WIDTH as i32 == at).count();
+        let in_panel =
+            |at: i32| right.iter().filter(|b| b[0] / PANEL_WIDTH.cast_signed() == at).count();
         // Of one disturbance there is no sum.
         assert_eq!([in_panel(0), in_panel(1)], [4, 1]);
         let place = |text: &str| svg.find(text).unwrap_or_else(|| panic!("{text}: {svg}"));

@@ -114,7 +114,7 @@ fn patch_reason(
 ) -> NotFoundReason {
     let b = patch.pixel_box;
     let fill = patch.mask_area() as f64 / b.area();
-    let fill = (fill < limits.fill_min).then(|| OffLimit {
+    let fill = (fill < limits.fill_min).then_some(OffLimit {
         key: "fill_min",
         value: fill,
         limits: [limits.fill_min, 1.0],

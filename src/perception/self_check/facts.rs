@@ -47,7 +47,9 @@ impl SelfCheck<'_> {
     ) -> Result<State, StillError> {
         let mut objects = objects.to_vec();
         if !self.has_depth {
-            objects.iter_mut().for_each(|object| object.volume = None);
+            for object in &mut objects {
+                object.volume = None;
+            }
         }
         let frame = FrameView { image: Some(example.image), ..FrameView::default() };
         let observation = Observation { frame, objects: &objects, unexplained };

@@ -295,7 +295,7 @@ impl Display for NotFoundReason {
                         100.0 * share
                     )?,
                     None => {
-                        write!(f, "its box shows {wanted} (its middle is #{r:02x}{g:02x}{b:02x})")?
+                        write!(f, "its box shows {wanted} (its middle is #{r:02x}{g:02x}{b:02x})")?;
                     }
                 }
                 write!(

@@ -261,11 +261,10 @@ fn two_that_one_detection_covers_are_merged() {
         fixture.findings_by(BLOCKS, &Touching { in_doubt: false }, &mut fixed)
     };
     let covered = |findings: &[ExemplarFinding]| {
-        let merged = |finding: &ExemplarFinding| match &finding.kind {
-            FindingKind::NotFound { label, reason: NotFoundReason::Merged { with } } => {
-                Some(format!("{} with {with}", label.object))
-            }
-            _ => None,
+        let merged = |finding: &ExemplarFinding| {
+            let FindingKind::NotFound { label, reason } = &finding.kind else { return None };
+            let NotFoundReason::Merged { with } = reason else { return None };
+            Some(format!("{} with {with}", label.object))
         };
         findings.iter().filter_map(merged).collect::<Vec<_>>()
     };
@@ -297,11 +296,9 @@ fn a_disk_beside_all_pegs_is_outside() {
         [&["on-peg", "blue_disk", "left_peg"], &["smaller", "blue_disk", "red_disk"]];
     let fixture = Fixture::new(HANOI, &drawing, &labels, &init);
     let findings = fixture.findings(HANOI, &*fixture.grounder("s2s-joint"));
-    let outside = |finding: &ExemplarFinding| match &finding.kind {
-        FindingKind::NotFound { label, reason: NotFoundReason::Outside } => {
-            Some(label.object.to_string())
-        }
-        _ => None,
+    let outside = |finding: &ExemplarFinding| {
+        let FindingKind::NotFound { label, reason } = &finding.kind else { return None };
+        (*reason == NotFoundReason::Outside).then(|| label.object.to_string())
     };
     let outside: Vec<String> = findings.iter().filter_map(outside).collect();
     assert_eq!(outside, ["red_disk"], "{findings:#?}");
