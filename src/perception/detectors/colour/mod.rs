@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 use super::bitmask::BitMask;
 use super::colour_namer::used_colours;
+use super::lab::{Hue, Lab};
 use super::light::{Light, Normalised, Normaliser};
 use super::palette::{NONE, Palette, cell};
 use super::regions::Region;
@@ -25,10 +26,10 @@ use crate::perception::model::{ObjectBox, Perception, Shape, TypeSpec};
 use crate::perception::naming::{label_of, name_detections};
 use crate::perception::phrases::answer;
 use crate::perception::{Detection, Detections, ImageView};
-use blob_filters::{is_seam, stands_out};
+use blob_filters::{is_seam, middle_colour, stands_out};
 use edges::{InnerSteps, split};
 use outline::{SizeLimits, Sizes, find, find_stubs, fits};
-use pieces::{Piece, joined, joined_behind, joined_faces};
+use pieces::{HUE_MAX, Piece, joined, joined_behind, joined_faces};
 
 /// Finds patches of declared colours.
 #[derive(Debug, Clone)]
@@ -142,7 +143,14 @@ impl ColourDetector {
             found = joined_faces(found, image, scale * limits.highest().unwrap_or(0.0));
         }
         found.retain(|(class, _, region)| {
-            fits(region, appearance, &limits, &|x, y| is_body(*class, x, y))
+            // What has another name and the same hue is the same body in other light.
+            let own = middle_colour(image, region).map(Hue::of);
+            let is_other = |x, y| {
+                let rgb = image.pixel(x as usize, y as usize);
+                let hues = own.zip(rgb.map(|rgb| Hue::of(Lab::of(rgb))));
+                hues.is_none_or(|(own, other)| own.turn_to(other).abs() > HUE_MAX)
+            };
+            fits(region, appearance, &limits, &|x, y| is_body(*class, x, y) && is_other(x, y))
         });
         found.retain(|(_, _, region)| stands_out(image, region));
         drop_surplus(spec, &mut found);

@@ -32,7 +32,7 @@ const FACES_HEIGHT_MAX: f64 = 1.35;
 /// meet within this share of their height,
 const FACE_OVERLAP_MAX: f64 = 0.35;
 /// and differ by at most this hue, in degrees.
-const HUE_MAX: f32 = 12.0;
+pub(super) const HUE_MAX: f32 = 12.0;
 /// Rests of one object and what is before it fill this share of the box around them.
 const BEHIND_SHARE_MIN: f64 = 0.8;
 /// About how many pixels of a border or a gap are looked at.
