@@ -27,7 +27,7 @@ const TONED_RATIO_MAX: f64 = 1.5;
 /// A correction must explain so many times as much as the frame as it is.
 const BETTER_MIN: f64 = 1.05;
 /// A colour is like a shade up to this distance.
-const LIKE_MAX: f32 = 0.1;
+pub(super) const LIKE_MAX: f32 = 0.1;
 /// Bits of each channel that tell colours apart when lights are.
 const HISTOGRAM_BITS: u32 = 5;
 /// Values this near to black or white may have been cut off.

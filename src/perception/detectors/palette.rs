@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::lab::{CHROMA_MIN, Lab, Shade};
-use super::light::{Ground, likeness};
+use super::light::{Ground, LIKE_MAX, likeness};
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
@@ -136,6 +136,13 @@ impl Palette {
     /// The class of a colour by the table; `None` without one, or before [`Palette::prepared`].
     pub(super) fn look_up(&self, rgb: [u8; 3]) -> Option<u8> {
         self.table.get(cell(rgb)).copied().filter(|c| *c != NONE)
+    }
+
+    /// Whether a colour is like a learnt shade of a class.
+    pub(super) fn is_learnt(&self, class: u8, lab: Lab) -> bool {
+        let shade = Shade::of(lab);
+        let of_class = self.learnt.iter().filter(|(of, _)| *of == class);
+        of_class.into_iter().any(|(_, known)| shade.distance(*known, 0.0) < LIKE_MAX)
     }
 
     /// How much a colour is like one of the learnt shades, in any brightness: from 0 to 1.

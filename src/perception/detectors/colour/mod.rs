@@ -140,7 +140,9 @@ impl ColourDetector {
         if let Some(width_max) = limits.widest() {
             let scale = scale(&found, &limits);
             found = joined(found, (image, &frame.ground), scale * width_max);
-            found = joined_faces(found, image, scale * limits.highest().unwrap_or(0.0));
+            let is_learnt = |class: u8, lab: Lab| self.palette.is_learnt(class, lab);
+            let height_max = scale * limits.highest().unwrap_or(0.0);
+            found = joined_faces(found, image, height_max, &is_learnt);
         }
         found.retain(|(class, _, region)| {
             // What has another name and the same hue is the same body in other light.

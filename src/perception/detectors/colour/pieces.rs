@@ -9,7 +9,7 @@ use super::blob_filters::middle_colour;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
-use crate::perception::detectors::lab::{Hue, Lab, Shade};
+use crate::perception::detectors::lab::{Hue, Lab};
 use crate::perception::detectors::light::Ground;
 use crate::perception::detectors::regions::Region;
 
@@ -33,8 +33,8 @@ const FACES_HEIGHT_MAX: f64 = 1.35;
 const FACE_OVERLAP_MAX: f64 = 0.35;
 /// and differ by at most this hue, in degrees.
 pub(super) const HUE_MAX: f32 = 12.0;
-/// Rests of one object and what is before it fill this share of the box around them.
-const BEHIND_SHARE_MIN: f64 = 0.8;
+/// What is before the rests of one object fills this share of the box around them that is not theirs.
+const BEHIND_SHARE_MIN: f64 = 0.7;
 /// About how many pixels of a border or a gap are looked at.
 const SAMPLES: f64 = 24.0;
 
@@ -79,12 +79,13 @@ pub(super) fn joined<'a>(
 }
 
 /// Joins the lit top of a body and its front in shade where they have two colour names: one upon the
-/// other, as wide, together no higher than a labelled object, and of one hue. The more saturated of
-/// the two tells the paint; it names the body.
+/// other, as wide, together no higher than a labelled object, and of one hue. The one that has the
+/// shade of a labelled object of its colour names the body; where that tells nothing, the larger one.
 pub(super) fn joined_faces<'a>(
     pieces: Vec<Piece<'a>>,
     image: &ImageView<'_>,
     height_max: f64,
+    is_learnt: &dyn Fn(u8, Lab) -> bool,
 ) -> Vec<Piece<'a>> {
     let mut bodies: Vec<Piece<'a>> = Vec::new();
     for piece in pieces {
@@ -95,13 +96,16 @@ pub(super) fn joined_faces<'a>(
                 && are_faces(&b, &other, height_max)
                 && hue_of(image, &piece.2)
                     .zip(hue_of(image, &body.2))
-                    .is_some_and(|(a, b)| a.1.turn_to(b.1).abs() <= HUE_MAX)
+                    .is_some_and(|(a, b)| a.turn_to(b).abs() <= HUE_MAX)
         };
         match bodies.iter().position(of_one) {
             Some(i) => {
                 let (class, name, region) = bodies.remove(i);
-                let saturation = |r: &Region| hue_of(image, r).map_or(0.0, |(s, _)| s);
-                let is_paint = saturation(&piece.2) > saturation(&region);
+                let told = |class: u8, region: &Region| {
+                    let lab = middle_colour(image, region);
+                    (lab.is_some_and(|lab| is_learnt(class, lab)), region.area())
+                };
+                let is_paint = told(piece.0, &piece.2) > told(class, &region);
                 let (class, name) = if is_paint { (piece.0, piece.1) } else { (class, name) };
                 bodies.insert(i, (class, name, region.joined(piece.2)));
             }
@@ -121,10 +125,9 @@ fn are_faces(a: &PixelBox, b: &PixelBox, height_max: f64) -> bool {
         && whole.height() <= FACES_HEIGHT_MAX * height_max
 }
 
-/// Saturation and hue of a region's middle colour.
-fn hue_of(image: &ImageView<'_>, region: &Region) -> Option<(f32, Hue)> {
-    let lab = middle_colour(image, region)?;
-    Some((Shade::of(lab).saturation(), Hue::of(lab)))
+/// The hue of a region's middle colour.
+fn hue_of(image: &ImageView<'_>, region: &Region) -> Option<Hue> {
+    middle_colour(image, region).map(Hue::of)
 }
 
 /// Joins pieces of one colour that are the rests of one object behind another body: together no
@@ -146,8 +149,8 @@ pub(super) fn joined_behind<'a>(
             let [x1, y1, x2, y2] = <[f64; 4]>::from(hull).map(|v| v as u32);
             let pixels = (y1..y2).flat_map(|y| (x1..x2).map(move |x| (x, y)));
             let hidden = pixels.filter(|(x, y)| is_body(piece.0, *x, *y)).count();
-            let seen = body.2.area() + piece.2.area();
-            (seen + hidden) as f64 >= BEHIND_SHARE_MIN * hull.area()
+            let seen = (body.2.area() + piece.2.area()) as f64;
+            hidden as f64 >= BEHIND_SHARE_MIN * (hull.area() - seen)
         };
         match bodies.iter().position(of_one) {
             Some(i) => {
