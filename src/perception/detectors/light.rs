@@ -5,6 +5,7 @@
 //! Kries, 1902). What no light would do to a ground is another ground, and is left alone.
 
 use super::lab::{CHROMA_MIN, Lab, Shade};
+use super::median::{median, median_rgb};
 use crate::perception::ImageView;
 
 /// About how many pixels are looked at.
@@ -78,9 +79,9 @@ impl Light {
             }
         }
         let pixels = rim(image, SAMPLES);
-        let ground = [0, 1, 2].map(|c| median(pixels.iter().map(|p| p[c]).collect()));
+        let ground = median_rgb(&pixels).unwrap_or_default().map(f64::from);
         // The median of |a - b| is 0.954 standard deviations where both are Gaussian.
-        Self { ground, noise: median(differences) / 0.954 }
+        Self { ground, noise: f64::from(median(differences, u8::cmp).unwrap_or(0)) / 0.954 }
     }
 
     /// The light of several pictures of one camera.
@@ -155,15 +156,6 @@ fn rim(image: &ImageView<'_>, n: usize) -> Vec<[u8; 3]> {
         *x.min(&(width - 1 - x)) < rim[0] || *y.min(&(height - 1 - y)) < rim[1]
     };
     places.filter(is_rim).filter_map(|(x, y)| image.pixel(x, y)).collect()
-}
-
-/// The median; 0 of nothing.
-fn median(mut values: Vec<u8>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    f64::from(*values.select_nth_unstable(middle).1)
 }
 
 /// Colours that are about the same as one, with how many there are.
@@ -264,13 +256,14 @@ impl Ground {
     /// The ground of a picture: what its rim is like.
     fn of(image: &ImageView<'_>) -> Self {
         let pixels = rim(image, GROUND_SAMPLES);
-        let rgb = [0, 1, 2].map(|c| median(pixels.iter().map(|p| p[c]).collect()) as u8);
+        let rgb = median_rgb(&pixels).unwrap_or_default();
         let (colour, shade) = (Lab::of(rgb), Shade::of(Lab::of(rgb)));
         let colours: Vec<Lab> = pixels.iter().map(|rgb| Lab::of(*rgb)).collect();
         let within = |spread: f32, [least, most]: [f32; 2], unit: f32| {
             // In steps, so that frames of one scene share a table.
             ((GROUND_SPREADS * spread).clamp(least, most) / unit).round() * unit
         };
+        let middle = |values| median(values, f32::total_cmp).unwrap_or(0.0);
         let spread = middle(colours.iter().map(|lab| lab.distance(colour)).collect());
         let shades = colours.iter().map(|lab| Shade::of(*lab).distance(shade, 0.0));
         let shade_spread = middle(shades.collect());
@@ -309,15 +302,6 @@ impl Ground {
                 || Shade::of(lab).distance(shade, 0.0) < ground.shade_distance_max
         }
     }
-}
-
-/// The median; 0 of nothing.
-fn middle(mut values: Vec<f32>) -> f32 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
 /// Memory for a frame, kept between frames.

@@ -6,6 +6,7 @@
 mod colour;
 mod boxes;
 mod lab;
+mod median;
 mod light;
 mod bitmask;
 mod regions;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::lab::{CHROMA_MIN, Lab, Shade};
 use super::light::{Ground, LIKE_MAX, likeness};
+use super::median::median_colour;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
@@ -121,13 +122,8 @@ impl Palette {
         if !enough(pixels.len()) {
             return;
         }
-        let median = |channel: usize| {
-            let mut values: Vec<u8> = pixels.iter().map(|p| p[channel]).collect();
-            values.sort_unstable();
-            values.get(values.len() / 2).copied()
-        };
-        if let (Some(r), Some(g), Some(b)) = (median(0), median(1), median(2)) {
-            self.learnt.push((class, Shade::of(Lab::of([r, g, b]))));
+        if let Some(colour) = median_colour(&pixels) {
+            self.learnt.push((class, Shade::of(colour)));
             self.table.clear();
             self.off_ground.clear();
         }
@@ -237,10 +233,16 @@ impl Palette {
 }
 
 /// The pixels of the central half of a box, which leaves out the background at its edges.
-fn middle<'a>(image: &ImageView<'a>, b: &PixelBox) -> impl Iterator<Item = [u8; 3]> + use<'a> {
+///
+/// Only the image is looked at: a detector may give a box that is far larger.
+pub(super) fn middle<'a>(
+    image: &ImageView<'a>,
+    b: &PixelBox,
+) -> impl Iterator<Item = [u8; 3]> + use<'a> {
     let (w, h, image) = (b.width(), b.height(), *image);
-    let columns = (b.x1 + w / 4.0) as usize..(b.x2 - w / 4.0).ceil() as usize;
-    let rows = (b.y1 + h / 4.0) as usize..(b.y2 - h / 4.0).ceil() as usize;
+    let within = |first: f64, last: f64, n: usize| first as usize..(last.ceil() as usize).min(n);
+    let columns = within(b.x1 + w / 4.0, b.x2 - w / 4.0, image.width());
+    let rows = within(b.y1 + h / 4.0, b.y2 - h / 4.0, image.height());
     rows.flat_map(move |y| columns.clone().filter_map(move |x| image.pixel(x, y)))
 }
 

@@ -4,6 +4,8 @@
 use super::bitmask::BitMask;
 use super::lab::{Lab, Shade};
 use super::light::{Light, Normalised, likeness};
+use super::median::{median, median_colour};
+use super::palette::middle;
 use super::regions::regions;
 use crate::geometry::{MaskRun, PixelBox};
 use crate::perception::model::ObjectBox;
@@ -76,7 +78,8 @@ impl Scenery {
             }
         }
         self.beside.settle();
-        let shades = boxes.iter().filter_map(|b| middle_colour(image, &rows_of(&central(b))));
+        let shades =
+            boxes.iter().filter_map(|b| median_colour(&middle(image, b).collect::<Vec<_>>()));
         self.shades.extend(shades.map(Shade::of));
         let height = image.height() as f64;
         for (i, b) in boxes.iter().enumerate() {
@@ -134,7 +137,7 @@ impl Scenery {
     ) -> Vec<Unexplained> {
         let (width, height) = (frame.image.width(), frame.image.height());
         let short_sides = self.sizes.iter().map(|[width, height]| width.min(*height)).collect();
-        let usual = middle(short_sides) * height as f64;
+        let usual = median(short_sides, f64::total_cmp).unwrap_or(0.0) * height as f64;
         let step = (THICKNESS_SHARE * usual / CELLS_PER_THICKNESS).floor().max(1.0);
         let grid = [width, height].map(|side| (side as f64 / step) as usize);
         let with_rim = |b: &PixelBox| grown(b, RIM_SHARE * b.width().min(b.height()));
@@ -167,12 +170,17 @@ impl Scenery {
             .iter()
             .map(|thing| {
                 let area = thing.stripes.iter().map(PixelBox::area).sum();
-                (area, middle_colour(&frame.image, &thing.stripes))
+                let pixel = |stripe: &PixelBox| {
+                    let (x, y) = stripe.centre();
+                    frame.image.pixel(x as usize, y as usize)
+                };
+                let colours: Vec<[u8; 3]> = thing.stripes.iter().filter_map(pixel).collect();
+                (area, median_colour(&colours))
             })
             .collect();
         let is_part = |b: &PixelBox| {
-            let own = middle_colour(&frame.image, &rows_of(&central(b)));
-            let Some(own) = own else { return false };
+            let own: Vec<[u8; 3]> = middle(&frame.image, b).collect();
+            let Some(own) = median_colour(&own) else { return false };
             things.iter().zip(&colours).any(|(thing, (area, colour))| {
                 thing.is_near(b)
                     && *area >= SAME_AREA_MIN * b.area()
@@ -284,33 +292,6 @@ fn grown(b: &PixelBox, by: f64) -> PixelBox {
     PixelBox { x1: b.x1 - by, y1: b.y1 - by, x2: b.x2 + by, y2: b.y2 + by }
 }
 
-/// The central half of a box.
-fn central(b: &PixelBox) -> PixelBox {
-    let (w, h) = (b.width() / 4.0, b.height() / 4.0);
-    PixelBox { x1: b.x1 + w, y1: b.y1 + h, x2: b.x2 - w, y2: b.y2 - h }
-}
-
-/// The rows of a box.
-fn rows_of(b: &PixelBox) -> Vec<PixelBox> {
-    let rows = b.y1.round() as usize..(b.y2.round() as usize).max(b.y1.round() as usize + 1);
-    rows.map(|y| PixelBox { y1: y as f64, y2: y as f64 + 1.0, ..*b }).collect()
-}
-
-/// The middle colour of what lies in the middles of the stripes.
-fn middle_colour(image: &ImageView<'_>, stripes: &[PixelBox]) -> Option<Lab> {
-    let pixel = |stripe: &PixelBox| {
-        let (x, y) = stripe.centre();
-        image.pixel(x as usize, y as usize)
-    };
-    let colours: Vec<[u8; 3]> = stripes.iter().filter_map(pixel).collect();
-    let median = |channel: usize| {
-        let mut values: Vec<u8> = colours.iter().map(|rgb| rgb[channel]).collect();
-        values.sort_unstable();
-        values.get(values.len() / 2).copied()
-    };
-    Some(Lab::of([median(0)?, median(1)?, median(2)?]))
-}
-
 /// What a colour may be in the example's brightness. Bright and dark parts of a picture need not have
 /// changed by the same factor, and what is cut off at white was brighter.
 fn tones(rgb: [u8; 3], gain: f64) -> impl Iterator<Item = [u8; 3]> {
@@ -358,10 +339,4 @@ fn rests_on(b: &PixelBox, other: &PixelBox) -> bool {
         && b.y1 < other.y1
         && other.y1 - near <= b.y2
         && b.y2 < other.y2
-}
-
-/// The median; 0 of none.
-fn middle(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -250,6 +250,41 @@ mod tests {
         assert_eq!(found.objects[0].pixel_box.x1, 60.0);
     }
 
+    /// A service may answer any numbers: boxes far larger than the image, or none at all.
+    #[test]
+    fn absurd_boxes_are_survived() {
+        struct Absurd([f64; 4]);
+        impl Detector for Absurd {
+            fn learn(&mut self, _: &ImageView<'_>, _: &[ObjectBox]) -> Result<(), DetectorError> {
+                Ok(())
+            }
+            fn detect(
+                &mut self,
+                _: &ImageView<'_>,
+                _: &[String],
+            ) -> Result<Detections, DetectorError> {
+                let edges = PixelBox::from(self.0);
+                let objects = vec![Detection::new("block".into(), "pink".into(), edges)];
+                Ok(Detections { objects, ..Detections::default() })
+            }
+        }
+        let perception = Perception::parse("perception.toml", BLOCKS).unwrap();
+        let mut canvas = blocks(CLOTH);
+        canvas.fill([150, 60, 320, 200], SKIN);
+        for edges in [
+            [-1e300, -1e300, 1e300, 1e300],
+            [f64::NAN; 4],
+            [1e300, 1e300, -1e300, -1e300],
+            [0.0, 0.0, f64::INFINITY, f64::INFINITY],
+        ] {
+            let mut watchful = Watchful::new(Box::new(Absurd(edges)), &perception);
+            let mut labels = labelled(&BLOCK_LABELS);
+            labels[0].pixel_box = PixelBox::from(edges);
+            watchful.learn(&blocks(CLOTH).view(), &labels).unwrap();
+            watchful.detect(&canvas.view(), &[]).unwrap();
+        }
+    }
+
     /// Beside all pegs there is nothing for a disk to be on.
     #[test]
     fn a_disk_beside_all_pegs_is_outside() {

@@ -3,6 +3,7 @@
 
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::{Hue, Lab};
+use crate::perception::detectors::median::median_colour;
 use crate::perception::detectors::regions::Region;
 
 /// About how many pixels of a patch are looked at.
@@ -99,18 +100,4 @@ pub(super) fn middle_colour(image: &ImageView<'_>, region: &Region) -> Option<La
     let colours: Vec<[u8; 3]> =
         pixels.step_by(step).filter_map(|(x, y)| image.pixel(x as usize, y as usize)).collect();
     median_colour(&colours)
-}
-
-/// The channel-wise median; `None` of nothing.
-fn median_colour(colours: &[[u8; 3]]) -> Option<Lab> {
-    let channel = |i: usize| median(colours.iter().map(|c| c[i]).collect());
-    Some(Lab::of([channel(0)?, channel(1)?, channel(2)?]))
-}
-
-fn median(mut values: Vec<u8>) -> Option<u8> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    Some(*values.select_nth_unstable(middle).1)
 }

@@ -8,6 +8,7 @@ use super::outline::SizeLimits;
 use crate::geometry::PixelBox;
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::Lab;
+use crate::perception::detectors::median::median_colour;
 use crate::perception::detectors::regions::{Axis, Region};
 
 /// A step of the shade must be at least this to be a border (in Lab units),
@@ -164,12 +165,7 @@ fn lines(image: &ImageView<'_>, b: &PixelBox, axis: Axis) -> Vec<Lab> {
             }
         };
         let colours: Vec<[u8; 3]> = (0..n).filter_map(sample).collect();
-        let median = |channel: usize| {
-            let mut values: Vec<u8> = colours.iter().map(|rgb| rgb[channel]).collect();
-            values.sort_unstable();
-            values.get(values.len() / 2).copied().unwrap_or(0)
-        };
-        Lab::of([0, 1, 2].map(median))
+        median_colour(&colours).unwrap_or(Lab::of([0; 3]))
     };
     let along = match axis {
         Axis::Rows => b.y1 as usize..b.y2 as usize,

@@ -16,6 +16,7 @@ use super::bitmask::BitMask;
 use super::colour_namer::used_colours;
 use super::lab::{Hue, Lab};
 use super::light::{Light, Normalised, Normaliser};
+use super::median::median;
 use super::palette::{NONE, Palette, cell};
 use super::regions::Region;
 use super::{Detector, DetectorError};
@@ -158,7 +159,9 @@ impl ColourDetector {
         drop_surplus(spec, &mut found);
         self.add_stubs(spec, &limits, &mut found);
         let heights = found.iter().map(|(_, _, r)| r.pixel_box().height()).collect();
-        let usual = median(heights).min(limits.lowest().unwrap_or(f64::INFINITY));
+        let usual = median(heights, f64::total_cmp)
+            .unwrap_or(0.0)
+            .min(limits.lowest().unwrap_or(f64::INFINITY));
         let bodies = found.into_iter().filter(|(class, _, region)| {
             !is_seam(image, region, usual, |xy| {
                 self.class_at(image, xy).is_some_and(|c| c != *class)
@@ -258,7 +261,9 @@ impl Detector for ColourDetector {
 /// How many times as large as the largest labelled ones objects are in this picture; at least 1.
 fn scale(pieces: &[Piece<'_>], limits: &SizeLimits) -> f64 {
     let boxes = pieces.iter().map(|(_, _, r)| r.pixel_box()).filter(|b| limits.contain(b));
-    median(boxes.filter_map(|b| limits.scale_of(&b)).collect()).max(1.0)
+    median(boxes.filter_map(|b| limits.scale_of(&b)).collect(), f64::total_cmp)
+        .unwrap_or(1.0)
+        .max(1.0)
 }
 
 /// Where the names of a type say how many there are, and more are found: the highest are those.
@@ -273,12 +278,6 @@ fn drop_surplus(spec: &TypeSpec, found: &mut Vec<Piece<'_>>) {
     let least = heights[n_known - 1];
     found.retain(|piece| height(piece) >= least);
     found.truncate(n_known);
-}
-
-/// The median; 0 of none.
-fn median(mut sizes: Vec<f64>) -> f64 {
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn detection(spec: &TypeSpec, colour: &Name, region: Region) -> Detection {
