@@ -16,6 +16,8 @@ const ALIKE_SHARE_MIN: f64 = 0.8;
 #[derive(Debug, Clone, Default)]
 pub struct UsualSizes {
     extents: BTreeMap<Name, Vec<[f64; 3]>>,
+    /// What they agree about.
+    usual: BTreeMap<Name, [f64; 3]>,
 }
 
 impl UsualSizes {
@@ -24,23 +26,29 @@ impl UsualSizes {
         for (object, volume) in objects.iter().filter_map(|o| o.volume.map(|volume| (o, volume))) {
             self.extents.entry(object.type_name.clone()).or_default().push(volume.extent);
         }
+        let told = |(name, extents): (&Name, &Vec<[f64; 3]>)| Some((name.clone(), usual(extents)?));
+        self.usual = self.extents.iter().filter_map(told).collect();
     }
 
     /// The size that objects of the type have, about; `None` when they differ, or are not as deep as
     /// wide: then nothing says which way one stands.
     pub fn of(&self, type_name: &Name) -> Option<[f64; 3]> {
-        let extents = self.extents.get(type_name)?;
-        let middle = [0, 1, 2].map(|axis| {
-            let mut values: Vec<f64> = extents.iter().map(|extent| extent[axis]).collect();
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(0.0)
-        });
-        let is_near = |a: f64, b: f64| (a - b).abs() <= SAME_SIZE_MAX * b;
-        let near = |extent: &&[f64; 3]| extent.iter().zip(middle).all(|(a, b)| is_near(*a, b));
-        let n_alike = extents.iter().filter(near).count();
-        let is_told = n_alike as f64 >= ALIKE_SHARE_MIN * extents.len() as f64;
-        (n_alike >= ALIKE_MIN && is_told && is_near(middle[0], middle[1])).then_some(middle)
+        self.usual.get(type_name).copied()
     }
+}
+
+/// The size that all of them have, about.
+fn usual(extents: &[[f64; 3]]) -> Option<[f64; 3]> {
+    let middle = [0, 1, 2].map(|axis| {
+        let mut values: Vec<f64> = extents.iter().map(|extent| extent[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
+    });
+    let is_near = |a: f64, b: f64| (a - b).abs() <= SAME_SIZE_MAX * b;
+    let near = |extent: &&[f64; 3]| extent.iter().zip(middle).all(|(a, b)| is_near(*a, b));
+    let n_alike = extents.iter().filter(near).count();
+    let is_told = n_alike as f64 >= ALIKE_SHARE_MIN * extents.len() as f64;
+    (n_alike >= ALIKE_MIN && is_told && is_near(middle[0], middle[1])).then_some(middle)
 }
 
 #[cfg(test)]
