@@ -8,7 +8,7 @@ use super::outline::SizeLimits;
 use crate::geometry::PixelBox;
 use crate::perception::ImageView;
 use crate::perception::detectors::lab::Lab;
-use crate::perception::detectors::median::median_colour;
+use crate::perception::detectors::median::{median, median_colour};
 use crate::perception::detectors::regions::{Axis, Region};
 
 /// A step of the shade must be at least this to be a border (in Lab units),
@@ -25,6 +25,12 @@ const RIM_SHARE: f64 = 0.15;
 const MIDDLE_SHARE: f64 = 0.6;
 /// A type whose labelled objects differ by at most this factor has one size.
 const ONE_SIZE_RATIO_MAX: f64 = 1.4;
+/// An object that is so much as long as the largest labelled one shows that whole side.
+const WHOLE_SHARE_MIN: f64 = 0.6;
+/// Shapes that differ by at most this share are one,
+const SAME_RATIO_MAX: f64 = 0.2;
+/// and this share of the labelled objects must have one for others to be taken to have it.
+const AGREEING_MIN: f64 = 0.7;
 /// So many times the usual size may be two objects.
 const SEVERAL_MIN: f64 = 1.6;
 /// A cut by size goes to the seam this near, as a share of a part,
@@ -57,25 +63,60 @@ impl InnerSteps {
     }
 }
 
-/// Cuts a region into bodies. Objects are `scale` times as large in this picture as in the labelled
-/// ones; without it, sizes cut nothing.
+/// How large an object of a type with one shape is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BySize {
+    /// So many times as large in this picture as the largest labelled one.
+    pub(super) scale: f64,
+    /// So many times as high as wide, where labelled objects agree about it: that holds at any
+    /// distance from the camera.
+    pub(super) ratio: Option<f64>,
+}
+
+impl BySize {
+    /// How long an object is across the cuts of an axis, if it is as long as this body the other way.
+    fn length(self, axis: Axis, body: &PixelBox, limits: &SizeLimits) -> Option<f64> {
+        let (other, across) = match axis {
+            Axis::Rows => (Axis::Columns, body.width()),
+            Axis::Columns => (Axis::Rows, body.height()),
+        };
+        let [least, greatest] = limits.labelled_along(axis)?;
+        let is_whole = across >= WHOLE_SHARE_MIN * limits.labelled_along(other)?[1];
+        let by_shape = self.ratio.filter(|_| is_whole).map(|ratio| match axis {
+            Axis::Rows => ratio * across,
+            Axis::Columns => across / ratio,
+        });
+        let largest = self.scale * greatest;
+        let by_labels = (greatest <= ONE_SIZE_RATIO_MAX * least).then_some(largest);
+        by_shape.map(|length| length.min(largest)).or(by_labels)
+    }
+}
+
+/// The height of labelled objects as a share of their width, where most agree about it.
+pub(super) fn usual_ratio(ratios: &[f64]) -> Option<f64> {
+    let middle = median(ratios.to_vec(), f64::total_cmp)?;
+    let is_near = |ratio: &&f64| (*ratio - middle).abs() <= SAME_RATIO_MAX * middle;
+    let n_near = ratios.iter().filter(is_near).count();
+    (n_near as f64 >= AGREEING_MIN * ratios.len() as f64).then_some(middle)
+}
+
+/// Cuts a region into bodies. Without `by_size`, sizes cut nothing.
 pub(super) fn split(
     region: Region,
     image: &ImageView<'_>,
     limits: &SizeLimits,
-    (inside, scale): (InnerSteps, Option<f64>),
+    (inside, by_size): (InnerSteps, Option<BySize>),
 ) -> Vec<Region> {
     let mut bodies = vec![region];
     for axis in [Axis::Rows, Axis::Columns] {
-        let Some([least, greatest]) = limits.labelled_along(axis) else { continue };
-        let has_one_size = greatest <= ONE_SIZE_RATIO_MAX * least;
-        let one_size = scale.filter(|_| has_one_size).map(|scale| scale * greatest);
         let part_min = limits.least_along(axis).max(2.0);
         let cut = |body: Region| {
-            let lines = lines(image, &body.pixel_box(), axis);
+            let b = body.pixel_box();
+            let lines = lines(image, &b, axis);
             let mut cuts = borders(&lines, part_min, inside.border_min(axis));
             if cuts.is_empty() {
-                cuts = one_size.map_or_else(Vec::new, |size| cuts_by_size(&lines, size));
+                let size = by_size.and_then(|by_size| by_size.length(axis, &b, limits));
+                cuts = size.map_or_else(Vec::new, |size| cuts_by_size(&lines, size));
             }
             body.cut(&cuts, axis)
         };

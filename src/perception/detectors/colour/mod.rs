@@ -28,7 +28,7 @@ use crate::perception::naming::{label_of, name_detections};
 use crate::perception::phrases::answer;
 use crate::perception::{Detection, Detections, ImageView};
 use blob_filters::{is_seam, middle_colour, stands_out};
-use edges::{InnerSteps, split};
+use edges::{BySize, InnerSteps, split, usual_ratio};
 use outline::{SizeLimits, Sizes, find, find_stubs, fits};
 use pieces::{HUE_MAX, Piece, joined, joined_behind, joined_faces};
 
@@ -41,6 +41,8 @@ pub struct ColourDetector {
     sizes: BTreeMap<Name, Sizes>,
     /// How much the shade steps inside labelled objects, by type.
     inner_steps: BTreeMap<Name, InnerSteps>,
+    /// Their heights as shares of their widths, by type.
+    ratios: BTreeMap<Name, Vec<f64>>,
     /// One mask per class, kept between frames so that nothing is allocated anew.
     masks: Vec<BitMask>,
     /// Light of the labelled images.
@@ -72,6 +74,7 @@ impl ColourDetector {
             palette: Palette::new(&used_colours(perception))?,
             sizes: BTreeMap::new(),
             inner_steps: BTreeMap::new(),
+            ratios: BTreeMap::new(),
             masks: Vec::new(),
             lights: Vec::new(),
             normaliser: Normaliser::default(),
@@ -179,9 +182,12 @@ impl ColourDetector {
         limits: &SizeLimits,
     ) -> Vec<Piece<'s>> {
         let Some(inside) = self.inner_steps.get(&spec.name) else { return pieces };
-        let scale = by_size.then(|| scale(&pieces, limits));
+        let by_size = by_size.then(|| BySize {
+            scale: scale(&pieces, limits),
+            ratio: self.ratios.get(&spec.name).and_then(|ratios| usual_ratio(ratios)),
+        });
         let split = |(class, colour, region)| {
-            let bodies = split(region, image, limits, (*inside, scale)).into_iter();
+            let bodies = split(region, image, limits, (*inside, by_size)).into_iter();
             bodies.map(move |body| (class, colour, body))
         };
         pieces.into_iter().flat_map(split).collect()
@@ -233,6 +239,7 @@ impl Detector for ColourDetector {
             *known = known.widened(new);
             let steps = self.inner_steps.entry(object.type_name.clone()).or_default();
             *steps = steps.widened(image, &b);
+            self.ratios.entry(object.type_name.clone()).or_default().push(b.height() / b.width());
         }
         Ok(())
     }

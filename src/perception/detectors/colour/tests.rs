@@ -190,6 +190,22 @@ fn bodies_of_one_colour_that_touch_are_told_apart_by_shade_or_by_size() {
     check_taught(taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS), &sizes, &expect);
 }
 
+/// Far from the camera everything is smaller, and a tower of two is hardly higher than a near block.
+#[test]
+fn far_bodies_of_one_colour_are_told_apart_by_their_shape() {
+    let mut example = blocks(CLOTH);
+    example.fill([140, 100, 160, 120], RED);
+    let far = [("red_block2", "block", [140.0, 100.0, 160.0, 120.0])];
+    let mut canvas = Canvas::new(320, 240, CLOTH);
+    canvas.fill([140, 80, 160, 120], RED).fill([220, 170, 250, 200], YELLOW);
+    let expect = [
+        ("red_block", [140.0, 80.0, 160.0, 100.0]),
+        ("red_block2", [140.0, 100.0, 160.0, 120.0]),
+        ("yellow_block", [220.0, 170.0, 250.0, 200.0]),
+    ];
+    check_taught(taught(BLOCKS, &example, &[&BLOCK_LABELS[..], &far].concat()), &canvas, &expect);
+}
+
 /// All of one picture larger than in the example: the camera is nearer, and no block is two.
 #[test]
 fn in_a_nearer_picture_nothing_is_doubled() {
