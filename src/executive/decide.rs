@@ -16,6 +16,9 @@ impl Executive {
         self.clear_held(cycle);
         self.explain(cycle);
         self.count_planner_timeouts(cycle);
+        if !(cycle.input.plan.verdict.is_goal() && cycle.is_settled()) {
+            self.goal_seen = None;
+        }
         if let Some(verdict) = self.spent(cycle) {
             return Answer::End(verdict);
         }
@@ -160,9 +163,7 @@ impl Executive {
                 let reason = format!("the plan now starts with {step}");
                 self.preempt(cycle, reason)
             }
-            (_, None) => {
-                self.re_observe_anomalies(cycle, &[]).unwrap_or(Answer::End(Verdict::Reached))
-            }
+            (_, None) => self.finish(cycle),
             (_, Some(step)) => {
                 let step = step.clone();
                 self.dispatch(cycle, &step)

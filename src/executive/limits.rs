@@ -15,6 +15,8 @@ pub struct Limits {
     pub observations_max: u32,
     /// Most frames that a goal object may stay unseen.
     pub unseen_frames_max: u32,
+    /// How long the goal must be seen to hold, with everything at rest, before it counts as reached, seconds.
+    pub goal_rest_s: f64,
     /// Most plans in a row that come too late: the planner used up a budget or its deadline.
     pub planner_timeouts_max: u32,
     /// Most failed skills of an episode.

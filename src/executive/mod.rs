@@ -8,6 +8,7 @@ mod dispatch;
 mod running;
 mod re_observing;
 mod planner_timeouts;
+mod finish;
 mod decide;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ pub use explain::deviations;
 pub use limits::Limits;
 
 use decide::Awaited;
+use finish::GoalSeen;
 use planner_timeouts::PlannerTimeouts;
 use re_observing::ReObserving;
 use running::{Running, VerifyingEffects};
@@ -102,6 +104,8 @@ pub struct Executive {
     /// Anomalies that another look did not remove.
     accepted_anomalies: BTreeSet<Anomaly>,
     unseen_frames: u32,
+    /// Since when the goal is seen to hold.
+    goal_seen: Option<GoalSeen>,
     /// What people were last told to wait for.
     awaited: Option<Awaited>,
     planner_timeouts: PlannerTimeouts,

@@ -107,6 +107,13 @@ pub enum PlanVerdict {
     },
 }
 
+impl PlanVerdict {
+    /// Whether the goal holds: nothing is left to do.
+    pub fn is_goal(&self) -> bool {
+        matches!(self, Self::Plan { steps, .. } if steps.is_empty())
+    }
+}
+
 impl fmt::Display for PlanVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fn list<T: ToString>(items: &[T]) -> String {
@@ -140,6 +147,9 @@ pub struct PlanMessage {
     pub verdict: PlanVerdict,
     /// Whether the goal speaks of all objects of a type, so that one that is hidden counts.
     pub of_all: bool,
+    /// Whether the goal holds only if what a step that has ended should have changed is so, which nobody has
+    /// seen yet.
+    pub is_predicted: bool,
     /// Which source of the plan-reuse cascade gave it; none when the question could not be put.
     pub source: Option<PlanSource>,
     /// States expanded for it.
@@ -160,6 +170,7 @@ impl PlanMessage {
             cause,
             verdict,
             of_all: false,
+            is_predicted: false,
             source: None,
             expansions: 0,
             plan_us: 0,

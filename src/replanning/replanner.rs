@@ -8,12 +8,12 @@ use super::{
     Adoption, Cascade, CascadeEnd, CascadeReply, CascadeResult, CascadeSettings, TableBuilder,
     TableEnd, TableLimits, TableRequest,
 };
-use crate::logic::{Facts, speaks_of_all};
+use crate::logic::{Bindings, Facts, Truth, Universe, derive, evaluate, speaks_of_all};
 use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Domain, Name, Step, Typed};
 use crate::planners::{Deadlines, Grounded, NO_COSTS, PlanQuery, Planner, PlannerConfig};
 use crate::planning::{GroundingLimits, Outcome, PlanAnswer};
-use crate::scene::Scene;
+use crate::scene::{Origin, Scene};
 
 /// Remembers what has been planned. A clone is a checkpoint.
 #[derive(Debug, Clone)]
@@ -140,11 +140,13 @@ impl Replanner {
         let Decided { end, source, expansions } = self.decide(query, deadlines);
         let decided = spent();
         let verdict = self.verdict(end);
+        let is_predicted = verdict.is_goal() && !self.is_goal_seen(query.scene, query.goal);
         let plan_us = (spent() - start).wall_ns / 1000;
         PlanMessage {
             cause,
             verdict,
             of_all,
+            is_predicted,
             source,
             expansions,
             plan_us: u32::try_from(plan_us).unwrap_or(u32::MAX),
@@ -238,6 +240,20 @@ impl Replanner {
         };
         let CascadeReply { source, end, expansions } = reply;
         Decided { end: Some(end), source: Some(source), expansions }
+    }
+
+    /// Whether the goal holds even if nothing is so that was only predicted.
+    fn is_goal_seen(&self, scene: &Scene, goal: &GoalMessage) -> bool {
+        let predicted = || scene.facts.iter().filter(|fact| fact.origin == Origin::Predicted);
+        if predicted().next().is_none() {
+            return true;
+        }
+        let mut facts = scene.confirmed();
+        predicted().for_each(|fact| facts.set(fact.atom.clone(), Truth::Unknown));
+        let (types, objects) = (&self.domain.types, &scene.typed_objects());
+        let universe = Universe { types, objects };
+        let facts = derive(&self.domain.axioms, &universe, &facts);
+        evaluate(&goal.goal, &Bindings::new(), &universe, &|atom| facts.truth(atom)).is_true()
     }
 
     /// A decision with names in place of numbers.

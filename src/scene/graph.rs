@@ -53,7 +53,7 @@ pub struct SceneFact {
 
 /// The domain-conditioned scene graph of one frame.
 ///
-/// `facts` lists every atom that is raw or confirmed true or unknown; all others are false.
+/// `facts` lists every atom that is raw or confirmed true or unknown, or predicted; all others are false.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
     /// The frame.

@@ -27,12 +27,54 @@ fn the_goal_is_reached_only_in_a_settled_scene_of_an_idle_robot() {
     assert_eq!(idle.plan(&[]).cycle().verdict, None, "not settled");
     for episode in [&mut episode, &mut idle] {
         episode.scene.unsettled = 0;
+        assert_eq!(episode.cycle().verdict, None, "seen once");
+        assert_eq!(episode.cycle().verdict, None, "seen twice");
         let decision = episode.cycle();
         assert_eq!(decision.verdict, Some(Verdict::Reached));
         assert_eq!(decision.command.kind, CommandKind::Hold);
         assert_eq!(decision.events.last(), Some(&Event::End(Verdict::Reached)));
     }
     assert_eq!(Verdict::Reached.exit_code(), 0);
+}
+
+/// A tower that topples is no goal reached, however its blocks touch while they fall.
+#[test]
+fn the_goal_is_reached_once_everything_is_at_rest() {
+    let mut episode = Episode::new();
+    for n in 0..5 {
+        episode.move_object("red_block", 0.02);
+        let decision = episode.cycle();
+        assert_eq!(decision.verdict, None);
+        let why = ["the goal holds, but red_block is moving"];
+        assert_eq!(reasons(&decision), &why[..usize::from(n == 1)], "said once");
+    }
+    assert_eq!(episode.run_out(3), (2, Verdict::Reached));
+    let mut episode = Episode::new();
+    while episode.executive.looks < episode.config.limits.observations_max {
+        episode.move_object("red_block", 0.02);
+        assert_eq!(episode.cycle().verdict, None);
+    }
+    episode.move_object("red_block", 0.02);
+    let verdict = episode.cycle().verdict.unwrap();
+    check(&verdict, "limits.observations_max", "the goal holds, but red_block is moving");
+}
+
+/// What a step should have done is not what it has done.
+#[test]
+fn a_goal_that_nobody_has_seen_is_not_reached() {
+    let mut episode = Episode::new();
+    let predicted = atom("on red_block blue_block");
+    let fact = SceneFact { origin: Origin::Predicted, ..fact(predicted, Truth::True) };
+    episode.scene.facts.push(fact);
+    episode.is_predicted = true;
+    let why = "the goal holds if the last steps did what they should, and nobody has seen it: \
+               (on red_block blue_block)";
+    assert_eq!(reasons(&episode.cycle()), [why]);
+    let mut seen = episode.clone();
+    seen.is_predicted = false;
+    assert_eq!(seen.run_out(3), (3, Verdict::Reached));
+    let (_, verdict) = episode.run_out(50);
+    check(&verdict, "limits.observations_max", why);
 }
 
 #[test]

@@ -23,6 +23,7 @@ const FRAME_NS: u64 = 100_000_000;
 const BLOCKS: [&str; 3] = ["red_block", "blue_block", "green_block"];
 
 /// An episode whose eyes, planner and robot are the test.
+#[derive(Clone)]
 struct Episode {
     config: ExecutiveConfig,
     executive: Executive,
@@ -30,6 +31,8 @@ struct Episode {
     plan: PlanVerdict,
     /// Whether the goal speaks of all objects.
     of_all: bool,
+    /// Whether the goal holds only by what was predicted.
+    is_predicted: bool,
     robot: Option<RobotState>,
     /// How old the scene is when it is looked at.
     age_ms: u64,
@@ -115,6 +118,7 @@ impl Episode {
             scene: Scene { objects, ..Scene::default() },
             plan: PlanVerdict::Plan { steps: Vec::new(), cost: 0 },
             of_all: false,
+            is_predicted: false,
             robot: Some(robot),
             age_ms: 0,
         };
@@ -171,7 +175,7 @@ impl Episode {
             |kind: &StatusKind| Status { sequence: 0, capture_ns, command_id, kind: kind.clone() };
         let statuses: Vec<Status> = kinds.iter().map(status).collect();
         let mut plan = PlanMessage::new(self.scene.cause, self.plan.clone());
-        plan.of_all = self.of_all;
+        (plan.of_all, plan.is_predicted) = (self.of_all, self.is_predicted);
         let input = CycleInput {
             scene: &self.scene,
             plan: &plan,

@@ -1,7 +1,7 @@
 //! The one belief: which facts planner and executor rely on, and which anomalies count.
 //!
-//! A changed fact counts once it has been seen `confirm_frames` times in a row, or at once when a
-//! step that has just ended predicts it. While a step runs, what it is about to change and whatever
+//! A changed fact counts once `confirm_frames` frames in a row of those that show its objects have said so, or at
+//! once when a step that has just ended predicts it. While a step runs, what it is about to change and whatever
 //! is said of the object that it carries keep their values. An anomaly counts as long as it has been
 //! there in each of the last `confirm_frames` frames.
 
@@ -149,6 +149,13 @@ impl Belief {
 }
 
 impl Belief {
+    /// Atoms that are believed because a step that has ended should have made them so, and nobody has seen
+    /// it yet.
+    pub(super) fn predicted(&self) -> impl Iterator<Item = &Atom> {
+        let predicted = self.entries.iter().filter(|(_, e)| e.origin == Origin::Predicted);
+        predicted.map(|(atom, _)| atom)
+    }
+
     /// Everything that is believed of one object is believed of it under its new name.
     pub(super) fn rename(&mut self, from: &Name, to: &Name) {
         let renamed = |mut atom: Atom| {
@@ -164,8 +171,8 @@ impl Entry {
     /// Counts how long the frames have said the same.
     fn read(&mut self, reading: Option<&Reading>) {
         let Some(reading) = reading else {
+            // A frame that does not show it says nothing against what the last ones said.
             self.raw = Truth::Unknown;
-            self.agreeing_frames = 0;
             return;
         };
         self.agreeing_frames =

@@ -3,35 +3,69 @@
 use nalgebra::{Point3, Vector3};
 
 use super::tracker::Track;
+use crate::geometry::Aabb;
 use crate::messages::RobotState;
 use crate::pddl::Name;
 use crate::perception::GripperContent;
 
+/// A tool centre less than this outside a volume is in it, in metres.
+const INSIDE_M: f64 = 0.005;
+
+/// What may have been taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taking<'a> {
+    /// All known objects.
+    pub(super) tracks: &'a [Track],
+    /// What the running step takes or carries.
+    pub(super) expected: Option<&'a Track>,
+    /// Whether this frame shows that where it was.
+    pub(super) is_in_place: bool,
+    /// How near to the tool an object must be, in metres.
+    pub(super) reach_m: f64,
+}
+
 /// Follows the gripper from one robot state to the next.
-///
-/// What is taken is the object that was last at the tool: the one whose volume is nearest to the
-/// tool centre, within `reach_m`; `None` of the candidates is nearer than that for an object that
-/// nobody has seen.
 pub(super) fn follow(
     gripper: &GripperContent,
     robot: &RobotState,
-    tracks: &[Track],
-    reach_m: f64,
+    taking: Taking<'_>,
 ) -> GripperContent {
     match (robot.holding, gripper) {
         (false, _) => GripperContent::Empty,
         (true, GripperContent::Holds(name)) => GripperContent::Holds(name.clone()),
         (true, GripperContent::Empty | GripperContent::HoldsSomething) => {
-            let distances = tracks.iter().filter_map(|track| {
-                let distance = distance_m(track, robot.position)?;
-                (distance <= reach_m).then_some((distance, &track.object.name))
-            });
-            let nearest: Option<(f64, &Name)> =
-                distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)));
-            nearest.map_or(GripperContent::HoldsSomething, |(_, name)| {
-                GripperContent::Holds(name.clone())
-            })
+            let taken = taking.taken(robot.position);
+            taken.map_or(GripperContent::HoldsSomething, |name| GripperContent::Holds(name.clone()))
         }
+    }
+}
+
+impl<'a> Taking<'a> {
+    /// What the running step takes, if it is at the tool, or has left its place: at few frames per second
+    /// the tool has gone far by the time that anything is known of the grasp. Else the object whose volume is
+    /// nearest to the tool centre, within reach; none of them for an object that nobody has seen.
+    fn taken(&self, tool: Point3<f64>) -> Option<&'a Name> {
+        let near = |track: &Track| distance_m(track, tool).filter(|d| *d <= self.reach_m);
+        let distances =
+            self.tracks.iter().filter_map(|track| Some((near(track)?, &track.object.name)));
+        let nearest: Option<(f64, &Name)> =
+            distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)));
+        let is_in_another =
+            |own_m: f64| nearest.is_some_and(|(m, _)| m < INSIDE_M && own_m >= INSIDE_M);
+        let expected = self.expected.filter(|track| match near(track) {
+            Some(own_m) => !is_in_another(own_m),
+            None => nearest.is_none() && !self.is_in_place,
+        });
+        expected.map(|track| &track.object.name).or(nearest.map(|(_, name)| name))
+    }
+}
+
+/// Where what is held is: it goes with the tool, which is somewhere within it.
+pub(super) fn carry(volume: &mut Aabb, tool: Point3<f64>) {
+    for axis in 0..3 {
+        let half = volume.extent[axis] / 2.0;
+        let offset = volume.centre[axis] - tool[axis];
+        volume.centre[axis] = tool[axis] + offset.clamp(-half, half);
     }
 }
 

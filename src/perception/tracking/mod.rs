@@ -2,10 +2,12 @@
 //!
 //! Pure: its memory is a value, everything else arrives with the frame. The stages are those of
 //! the paper's state grounding function, plus what a loop needs: names that stay (`tracker`), occlusion by the robot
-//! itself (`occlusion`), and one belief that the planner and the executor rely on (`belief`).
+//! itself (`occlusion`), places that are seen to be empty (`free_space`), what the gripper holds (`gripper`), and one
+//! belief that the planner and the executor rely on (`belief`).
 
-mod tracker;
 mod occlusion;
+mod free_space;
+mod tracker;
 mod belief;
 mod gripper;
 mod parse;

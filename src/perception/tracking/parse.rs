@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Latched, Reading};
 use super::occlusion::{is_covered, self_filter_in_image};
-use super::tracker::{Renamed, Tracker};
-use super::{FrameContext, ParserConfig, gripper};
+use super::tracker::{Renamed, Track, Tracker};
+use super::{BeliefConfig, FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
 use crate::logic::{Facts, Truth};
-use crate::messages::{Effects, MAIN_CAMERA, StatusKind};
+use crate::messages::{Effects, MAIN_CAMERA, RobotState, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
 use crate::perception::fusion::{CameraView, fuse};
 use crate::perception::grounders::{GrounderError, Grounding};
@@ -75,8 +75,7 @@ impl SceneParser {
         self.start_steps(config, context);
         let ended = self.end_step(context);
         if let Some(robot) = context.robot {
-            let reach_m = config.belief.grasp_reach_m;
-            self.gripper = gripper::follow(&self.gripper, robot, &self.tracker.tracks, reach_m);
+            self.follow_gripper(config, robot, &detections.objects);
         }
         let mut unexplained = std::mem::take(&mut detections.unexplained);
         let main = self.camera_view(config, context, (MAIN_CAMERA, context.view), detections);
@@ -89,18 +88,22 @@ impl SceneParser {
         let detections = fuse(main, others);
         let settings = (&config.perception, &config.belief);
         self.tracker.update(detections, &occluders, context.cause.capture_ns, settings);
+        let frames: Vec<FrameView<'_>> =
+            std::iter::once(context.view).chain(context.others.iter().map(|o| o.view)).collect();
+        let held = held(&self.gripper);
+        self.tracker.look_for_unseen(&frames, held, &config.perception);
         self.rename(config.belief.confirm_frames);
 
         let (readings, anomalies) = self.judge(config, context, &unexplained)?;
         let latched = self.latched();
-        let lost = self.lost(config.belief.hidden_frames_max);
+        let lost = self.lost(&config.belief);
         let confirm_frames = config.belief.confirm_frames;
+        let ended = ended.filter(|effects| !self.is_refuted(config, effects));
         let unsettled =
             self.belief.update(&readings, &latched, &lost, ended.as_ref(), confirm_frames);
         let anomalies = self.belief.anomaly(anomalies, confirm_frames);
         let objects = self.objects(config);
-        let typed: Vec<Typed> =
-            objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
+        let typed: Vec<Typed> = objects.iter().map(typed).collect();
         let own = self.own_facts(config, &typed, &latched);
         let facts = self.facts(config, &typed, &own, &anomalies);
         let cause = context.cause;
@@ -109,8 +112,9 @@ impl SceneParser {
 
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
     pub fn unseen(&self, config: &ParserConfig, named: &[Typed]) -> Vec<Name> {
+        let confirm_frames = config.belief.confirm_frames;
         let is_known = |name: &Name| {
-            self.tracker.tracks.iter().any(|t| t.object.name == *name)
+            self.present(confirm_frames).any(|t| t.object.name == *name)
                 || config.perception.implied.iter().any(|i| i.name == *name)
                 || config.domain.constants.iter().any(|c| c.name == *name)
         };
@@ -148,6 +152,50 @@ impl SceneParser {
             .find(|s| s.command_id == id && s.kind != StatusKind::Accepted)?;
         let running = self.running.take()?;
         (ending.kind == StatusKind::Done).then_some(running.effects)
+    }
+
+    /// Takes note of what the gripper holds now, and where that is.
+    fn follow_gripper(
+        &mut self,
+        config: &ParserConfig,
+        robot: &RobotState,
+        detections: &[Detection],
+    ) {
+        let tracks = &self.tracker.tracks;
+        let carried = self.running.as_ref().and_then(|running| running.carried.as_ref());
+        let expected = tracks.iter().find(|track| Some(&track.object.name) == carried);
+        let taking = gripper::Taking {
+            tracks,
+            expected,
+            is_in_place: expected.is_some_and(|t| detections.iter().any(|d| t.is_where(d))),
+            reach_m: config.belief.grasp_reach_m,
+        };
+        let now = gripper::follow(&self.gripper, robot, taking);
+        let before = std::mem::replace(&mut self.gripper, now);
+        let held = held(&self.gripper).or(held(&before));
+        let held = self.tracker.tracks.iter_mut().find(|t| Some(&t.object.name) == held);
+        if let Some(volume) = held.and_then(|track| track.object.volume.as_mut()) {
+            gripper::carry(volume, robot.position);
+        }
+    }
+
+    /// Objects that are somewhere, seen or not.
+    fn present(&self, confirm_frames: u32) -> impl Iterator<Item = &Track> + Clone {
+        self.tracker.tracks.iter().filter(move |track| !track.is_gone(confirm_frames))
+    }
+
+    /// Whether the robot feels otherwise than a step that is said to be done predicts: nothing of it is
+    /// believed then that is not seen.
+    fn is_refuted(&self, config: &ParserConfig, effects: &Effects) -> bool {
+        let objects: Vec<Typed> = self.objects(config).iter().map(typed).collect();
+        let own = config.pipeline().own_facts(&objects, &self.gripper);
+        let mut own_atoms = effects.add.union(&effects.delete).filter(|atom| {
+            config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate)
+        });
+        own_atoms.any(|atom| {
+            let felt = own.truth(atom);
+            felt != Truth::Unknown && effects.truth(atom).is_some_and(|said| said != felt)
+        })
     }
 
     /// What one camera sees, with places in the world and the names that the goal's phrases give.
@@ -211,7 +259,8 @@ impl SceneParser {
         unexplained: &[Unexplained],
     ) -> Result<(BTreeMap<Atom, Reading>, Vec<Anomaly>), GrounderError> {
         let hidden_frames_max = config.belief.hidden_frames_max;
-        let known = self.tracker.tracks.iter().filter(|t| t.frames_since_seen <= hidden_frames_max);
+        let known = self.present(config.belief.confirm_frames);
+        let known = known.filter(|t| t.frames_since_seen <= hidden_frames_max);
         let known = known.filter(|t| !self.is_held(&t.object.name));
         let visible: BTreeSet<&Name> =
             known.clone().filter(|t| t.frames_since_seen == 0).map(|t| &t.object.name).collect();
@@ -245,7 +294,7 @@ impl SceneParser {
     }
 
     fn is_held(&self, name: &Name) -> bool {
-        matches!(&self.gripper, GripperContent::Holds(held) if held == name)
+        held(&self.gripper) == Some(name)
     }
 
     fn latched(&self) -> Latched {
@@ -257,14 +306,16 @@ impl SceneParser {
         }
     }
 
-    /// Objects that have been out of sight for too long; never the one in the gripper.
-    fn lost(&self, hidden_frames_max: u32) -> BTreeSet<Name> {
-        let lost = self.tracker.tracks.iter().filter(|t| t.frames_since_seen > hidden_frames_max);
+    /// Objects that have been out of sight for too long, or are gone; never the one in the gripper.
+    fn lost(&self, belief: &BeliefConfig) -> BTreeSet<Name> {
+        let lost = self.tracker.tracks.iter().filter(|t| {
+            t.frames_since_seen > belief.hidden_frames_max || t.is_gone(belief.confirm_frames)
+        });
         lost.map(|t| t.object.name.clone()).filter(|name| !self.is_held(name)).collect()
     }
 
     fn objects(&self, config: &ParserConfig) -> Vec<SceneObject> {
-        let seen = self.tracker.tracks.iter().map(|t| SceneObject {
+        let seen = self.present(config.belief.confirm_frames).map(|t| SceneObject {
             name: t.object.name.clone(),
             type_name: t.object.type_name.clone(),
             pixel_box: Some(t.object.pixel_box),
@@ -317,7 +368,7 @@ impl SceneParser {
         OwnFacts { raw, confirmed }
     }
 
-    /// All facts that are raw or confirmed true or unknown.
+    /// All facts that are raw or confirmed true or unknown, or predicted.
     fn facts(
         &mut self,
         config: &ParserConfig,
@@ -325,8 +376,14 @@ impl SceneParser {
         own: &OwnFacts,
         anomalies: &[Anomaly],
     ) -> Vec<SceneFact> {
+        let confirm_frames = config.belief.confirm_frames;
         let (mut raw, mut confirmed) = (own.raw.clone(), own.confirmed.clone());
-        for (atom, entry) in &self.belief.entries {
+        let is_gone = |name: &Name| {
+            self.tracker.tracks.iter().any(|t| t.object.name == *name && t.is_gone(confirm_frames))
+        };
+        let is_present = |atom: &Atom| !atom.args.iter().any(is_gone);
+        let present = self.belief.entries.iter().filter(|(atom, _)| is_present(atom));
+        for (atom, entry) in present {
             raw.set(atom.clone(), entry.raw);
             confirmed.set(atom.clone(), entry.confirmed);
         }
@@ -336,17 +393,30 @@ impl SceneParser {
             doubt_completed(&config.perception, anomalies, &mut facts);
             facts
         };
+        let predicted: BTreeSet<&Atom> =
+            self.belief.predicted().filter(|a| is_present(a)).collect();
+        let mut seen = confirmed.clone();
+        predicted.iter().for_each(|atom| seen.set((*atom).clone(), Truth::Unknown));
+        let seen = (!predicted.is_empty()).then(|| completed(&seen));
         let (raw, confirmed) = (completed(&raw), completed(&confirmed));
+        // What follows from a prediction is one.
+        let is_predicted =
+            |atom: &Atom| seen.as_ref().is_some_and(|s| s.truth(atom) != confirmed.truth(atom));
         let atoms: BTreeSet<&Atom> =
             [&raw.known, &raw.unknown, &confirmed.known, &confirmed.unknown]
                 .into_iter()
                 .flatten()
+                .chain(predicted.iter().copied())
                 .collect();
         let facts = atoms.into_iter().map(|atom| {
             let entry = self.belief.entries.get(atom);
             let is_own =
                 config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate);
-            let otherwise = if is_own { Origin::Proprioceptive } else { Origin::Completed };
+            let otherwise = match (is_own, is_predicted(atom)) {
+                (true, _) => Origin::Proprioceptive,
+                (false, true) => Origin::Predicted,
+                (false, false) => Origin::Completed,
+            };
             SceneFact {
                 atom: atom.clone(),
                 raw: raw.truth(atom),
@@ -365,4 +435,16 @@ impl SceneParser {
 struct OwnFacts {
     raw: Facts,
     confirmed: Facts,
+}
+
+/// The object in the gripper.
+fn held(gripper: &GripperContent) -> Option<&Name> {
+    match gripper {
+        GripperContent::Holds(name) => Some(name),
+        GripperContent::Empty | GripperContent::HoldsSomething => None,
+    }
+}
+
+fn typed(object: &SceneObject) -> Typed {
+    Typed::new(object.name.clone(), object.type_name.clone())
 }

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::BeliefConfig;
+use super::free_space::{Sight, sight};
 use super::occlusion::is_covered;
 use crate::geometry::{Aabb, PixelBox};
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception};
-use crate::perception::{Detection, name_detections, unused_name};
+use crate::perception::{Detection, FrameView, name_detections, unused_name};
 
 /// Weight of a new measurement of an object that rests.
 const SMOOTHING: f64 = 0.3;
@@ -15,6 +16,8 @@ const SMOOTHING: f64 = 0.3;
 const MOVED_M: f64 = 0.01;
 /// Least overlap (intersection over union) by which a new detection goes on with the candidate of the last frame.
 const SAME_IOU_MIN: f64 = 0.3;
+/// Least share of an unseen object's place that another object must fill to have taken it.
+const REPLACED_SHARE_MIN: f64 = 0.5;
 
 /// An object that is known by name.
 #[derive(Debug, Clone)]
@@ -26,6 +29,8 @@ pub(super) struct Track {
     pub(super) seen_ns: u64,
     /// Frames since it was last seen whole.
     pub(super) frames_since_seen: u32,
+    /// Frames in a row in which its place was seen without it.
+    absent_frames: u32,
     /// What a phrase of the goal calls it, and for how many frames in a row.
     phrase_votes: Option<(Name, u32)>,
     /// What cameras do not agree on, in the frame that it was seen in last.
@@ -84,6 +89,40 @@ impl Tracker {
         let born = born.filter(|d| d.is_whole_elsewhere || !is_covered(&d.pixel_box, occluders));
         self.propose(born.collect());
         self.promote(capture_ns, perception, config);
+    }
+
+    /// Looks for objects that were not found at the places where they were seen last: a place that is
+    /// empty, or that another object has taken, is not theirs any more. Fixtures, of which all are
+    /// listed, stay where they are, and so does what is `held`: it has no place of its own.
+    pub(super) fn look_for_unseen(
+        &mut self,
+        frames: &[FrameView<'_>],
+        held: Option<&Name>,
+        perception: &Perception,
+    ) {
+        let is_fixture = |type_name: &Name| {
+            perception.type_spec(type_name).is_some_and(|spec| !spec.naming.list.is_empty())
+        };
+        let seen: Vec<Aabb> = self.tracks.iter().filter_map(Track::volume_in_sight).collect();
+        for track in &mut self.tracks {
+            let place = track.object.volume.filter(|_| track.frames_since_seen > 0);
+            let place = place.filter(|_| held != Some(&track.object.name));
+            let Some(place) = place.filter(|_| !is_fixture(&track.object.type_name)) else {
+                track.absent_frames = 0;
+                continue;
+            };
+            let is_replaced =
+                || seen.iter().any(|other| place.share_within(other) >= REPLACED_SHARE_MIN);
+            match sight(&place, frames) {
+                Sight::Empty => track.absent_frames = track.absent_frames.saturating_add(1),
+                Sight::Taken if is_replaced() => {
+                    track.absent_frames = track.absent_frames.saturating_add(1);
+                }
+                Sight::Taken => track.absent_frames = 0,
+                // Nothing new is known of the place.
+                Sight::Hidden => {}
+            }
+        }
     }
 
     /// Gives objects the names by which phrases of the goal have called them for `confirm_frames`
@@ -161,6 +200,7 @@ impl Tracker {
                 score: detection.score,
                 seen_ns: capture_ns,
                 frames_since_seen: 0,
+                absent_frames: 0,
                 phrase_votes: None,
                 contradiction: detection.contradiction,
                 is_phrase,
@@ -184,6 +224,22 @@ impl Tracker {
 }
 
 impl Track {
+    /// Whether it has been seen to be where it was no more, and is seen nowhere else.
+    pub(super) fn is_gone(&self, confirm_frames: u32) -> bool {
+        self.absent_frames >= confirm_frames
+    }
+
+    /// Whether a detection may show it where it was seen last.
+    pub(super) fn is_where(&self, detection: &Detection) -> bool {
+        detection.type_name == self.object.type_name
+            && detection.label == self.label
+            && detection.pixel_box.iou(&self.object.pixel_box) >= SAME_IOU_MIN
+    }
+
+    fn volume_in_sight(&self) -> Option<Aabb> {
+        self.object.volume.filter(|_| self.frames_since_seen == 0)
+    }
+
     /// How unlike a detection is to this object: the distance of the middles and the difference
     /// of the sizes, in pixels.
     fn distance(&self, detection: &Detection) -> f64 {
@@ -215,7 +271,7 @@ impl Track {
         };
         self.score = detection.score;
         self.seen_ns = capture_ns;
-        self.frames_since_seen = 0;
+        (self.frames_since_seen, self.absent_frames) = (0, 0);
         self.contradiction = detection.contradiction;
         self.phrase_votes = detection.phrase.map(|phrase| match self.phrase_votes.take() {
             Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),

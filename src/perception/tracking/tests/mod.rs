@@ -1,5 +1,6 @@
 //! Frames by hand: detections, robot states and statuses in, scenes out.
 
+mod absence;
 mod anomalies;
 mod cameras;
 mod facts;
@@ -113,6 +114,12 @@ struct Eyes {
     twin: Option<(f32, Vec<Detection>)>,
     /// Where the goal's phrases are in the next frame.
     phrases: Vec<PhraseBox>,
+    /// What the first camera measures where no block is, in metres.
+    behind_m: f32,
+    /// What is there and is not detected.
+    missed: Vec<Detection>,
+    /// Where something is half a metre before the camera, in pixels.
+    hand: Option<[f64; 4]>,
     n_frames: u64,
 }
 
@@ -149,6 +156,9 @@ impl Eyes {
             statuses: Vec::new(),
             twin: None,
             phrases: Vec::new(),
+            behind_m: 1.0,
+            missed: Vec::new(),
+            hand: None,
             n_frames: 0,
         }
     }
@@ -156,7 +166,7 @@ impl Eyes {
     /// The scene of the next frame.
     fn look(&mut self, detections: &[Detection]) -> Scene {
         self.n_frames += 1;
-        let depth_m = vec![1.0; WIDTH * HEIGHT];
+        let depth_m = self.depth_m(detections);
         let cause = FrameRef {
             cycle: self.n_frames,
             frame_sequence: self.n_frames,
@@ -196,6 +206,18 @@ impl Eyes {
             Detections { objects: detections.to_vec(), phrases, ..Detections::default() };
         self.last = self.parser.parse(&self.config, &context, detections).unwrap();
         self.last.clone()
+    }
+
+    /// One metre where something is.
+    fn depth_m(&self, detections: &[Detection]) -> Vec<f32> {
+        let mut depth_m = vec![self.behind_m; WIDTH * HEIGHT];
+        let things = detections.iter().chain(&self.missed).map(|d| (d.pixel_box, 1.0));
+        for (b, m) in things.chain(self.hand.map(|edges| (PixelBox::from(edges), 0.5))) {
+            for y in b.y1 as usize..(b.y2 as usize).min(HEIGHT) {
+                depth_m[y * WIDTH + b.x1 as usize..y * WIDTH + b.x2 as usize].fill(m);
+            }
+        }
+        depth_m
     }
 
     /// The last of some frames that all look the same.
