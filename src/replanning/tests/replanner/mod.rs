@@ -304,6 +304,29 @@ fn a_goal_that_holds_needs_no_steps_and_no_planner() {
     assert_eq!(desk.n_calls(), 0);
 }
 
+/// Whether a prediction decides that the goal holds, or does not matter to it. That something is so no
+/// more may be a prediction, too.
+#[test]
+fn a_goal_that_holds_by_a_prediction_only_is_said_to() {
+    for (goal, on, predicted, is_predicted) in [
+        ("(on a b)", &[["a", "b"]][..], "a b", true),
+        ("(on a b)", &[["a", "b"], ["b", "c"]], "b c", false),
+        ("(not (on a b))", &[], "a b", true),
+        ("(not (on a b))", &[["b", "c"]], "b c", false),
+        ("(exists (?x - block) (on ?x c))", &[["b", "c"]], "b c", true),
+    ] {
+        let mut scene = scene(on);
+        let atom = Atom::new("on", &predicted.split(' ').collect::<Vec<_>>());
+        let confirmed = scene.confirmed().truth(&atom);
+        scene.facts.retain(|fact| fact.atom != atom);
+        let (raw, origin, confidence) = (Truth::Unknown, Origin::Predicted, 1.0);
+        scene.facts.push(SceneFact { atom, raw, confirmed, origin, confidence });
+        let message = Desk::new(goal).cycle(&scene, Deadlines::NONE, &mut BuildNever);
+        assert!(message.verdict.is_goal(), "{goal}");
+        assert_eq!(message.is_predicted, is_predicted, "{goal}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_unsolvable_and_says_whether_unknown_facts_matter() {
     let mut desk = Desk::new("(and (on a b) (on b a))");
