@@ -42,14 +42,10 @@ impl Executive {
         let planned = cycle.config.skills.motion(step, objects, robot, held, motion_config);
         let (motion, held) = match planned {
             Ok(planned) => planned,
-            Err(error) => {
-                self.fail(cycle, step, error.to_string());
-                return self.give_up_or_wait(cycle);
-            }
+            Err(error) => return self.cannot_carry_out(cycle, step, &error),
         };
         self.last_command_id += 1;
-        self.looks = 0;
-        self.views_taken = 0;
+        (self.looks, self.views_taken) = (0, 0);
         let cause = cycle.input.scene.cause;
         let target_objects = cycle.config.skills.target_objects(step);
         let targets = target_objects.iter().filter(|name| self.held_name() != Some(name.as_str()));

@@ -1,16 +1,10 @@
 //! When the goal counts as reached: it is seen to hold, at rest, for a while.
 
-use std::collections::BTreeMap;
-
-use nalgebra::Point3;
-
+use super::places::Places;
 use super::{Answer, Cycle, Executive};
 use crate::messages::{CommandKind, Verdict};
-use crate::pddl::Name;
-use crate::scene::{Origin, Scene, Visibility};
+use crate::scene::{Origin, Scene};
 
-/// What moves by less than this is at rest: more than a measurement differs from the next, in metres.
-const AT_REST_M: f64 = 0.01;
 /// Most facts that are named when nobody has seen them.
 const NAMED_MAX: usize = 3;
 
@@ -19,23 +13,7 @@ const NAMED_MAX: usize = 3;
 pub(super) struct GoalSeen {
     since_ns: u64,
     /// Where everything in sight was then.
-    places: BTreeMap<Name, Point3<f64>>,
-}
-
-impl GoalSeen {
-    fn at(scene: &Scene) -> Self {
-        let visible = scene.objects.iter().filter(|o| o.visibility == Visibility::Visible);
-        let places = visible.filter_map(|o| Some((o.name.clone(), o.volume?.centre)));
-        Self { since_ns: scene.cause.capture_ns, places: places.collect() }
-    }
-
-    /// An object that is elsewhere than it was.
-    fn moved(&self, now: &Self) -> Option<Name> {
-        let moved = now.places.iter().find(|(name, place)| {
-            self.places.get(*name).is_some_and(|before| (*place - before).norm() > AT_REST_M)
-        });
-        moved.map(|(name, _)| name.clone())
-    }
+    places: Places,
 }
 
 impl Executive {
@@ -50,11 +28,15 @@ impl Executive {
             self.goal_seen = None;
             return self.re_observe(cycle, &unseen(cycle.input.scene));
         }
-        let now = GoalSeen::at(cycle.input.scene);
+        let now = GoalSeen {
+            since_ns: cycle.input.scene.cause.capture_ns,
+            places: Places::in_sight(cycle.input.scene),
+        };
         let seen = self.goal_seen.get_or_insert_with(|| now.clone());
-        if let Some(name) = seen.moved(&now) {
+        if let Some(name) = seen.places.moved(&now.places) {
+            let reason = format!("the goal holds, but {name} is moving");
             self.goal_seen = Some(now);
-            return self.look(cycle, format!("the goal holds, but {name} is moving"));
+            return self.look(cycle, reason);
         }
         let seconds = now.since_ns.saturating_sub(seen.since_ns) as f64 / 1e9;
         if seconds >= cycle.config.limits.goal_rest_s {

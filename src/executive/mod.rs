@@ -8,6 +8,8 @@ mod dispatch;
 mod running;
 mod re_observing;
 mod planner_timeouts;
+mod places;
+mod infeasible;
 mod finish;
 mod decide;
 #[cfg(test)]
@@ -30,6 +32,7 @@ pub use limits::Limits;
 
 use decide::Awaited;
 use finish::GoalSeen;
+use infeasible::Infeasible;
 use planner_timeouts::PlannerTimeouts;
 use re_observing::ReObserving;
 use running::{Running, VerifyingEffects};
@@ -106,6 +109,8 @@ pub struct Executive {
     unseen_frames: u32,
     /// Since when the goal is seen to hold.
     goal_seen: Option<GoalSeen>,
+    /// Steps for which there was no motion.
+    infeasible: Vec<Infeasible>,
     /// What people were last told to wait for.
     awaited: Option<Awaited>,
     planner_timeouts: PlannerTimeouts,

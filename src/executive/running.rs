@@ -4,6 +4,7 @@ use super::{Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth};
 use crate::messages::{Effects, Event, ReplanCause, StatusKind, StepOutcome};
 use crate::pddl::{Name, Step};
+use crate::scene::Visibility;
 
 /// A step that the robot carries out.
 #[derive(Debug, Clone)]
@@ -161,6 +162,9 @@ impl Executive {
         let limit = cycle.config.limits.target_moved_m_max;
         running.targets.iter().find_map(|(name, planned)| {
             let object = cycle.input.scene.object(name.as_str())?;
+            if object.visibility == Visibility::Held {
+                return None; // it goes with the tool
+            }
             let moved = (object.volume?.centre - planned).norm();
             (moved > limit).then(|| {
                 format!("{name} has moved by {moved:.2} m (limits.target_moved_m_max = {limit})")

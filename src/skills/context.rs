@@ -37,8 +37,8 @@ pub struct MotionConfig {
     pub table_z_m: f64,
     /// Where objects are put on the table: least and greatest x, in full view.
     pub place_x_m: [f64; 2],
-    /// Where objects are put on the table: y.
-    pub place_y_m: f64,
+    /// Where objects are put on the table: least and greatest y.
+    pub place_y_m: [f64; 2],
     /// Reach along x: least and greatest.
     pub reach_x_m: [f64; 2],
     /// Reach along y: least and greatest.
@@ -51,11 +51,14 @@ pub struct MotionConfig {
 impl MotionConfig {
     /// Whether the tool may go to a position.
     pub fn reaches(&self, [x, y, z]: [f64; 3]) -> bool {
-        let within = |[low, high]: [f64; 2], v: f64| low <= v && v <= high;
-        within(self.reach_x_m, x)
-            && within(self.reach_y_m, y)
-            && z > self.table_z_m
-            && z.is_finite()
+        self.bound_beyond([x, y]).is_none() && z > self.table_z_m && z.is_finite()
+    }
+
+    /// The bound of the workspace that a place is beyond, with its key.
+    pub fn bound_beyond(&self, [x, y]: [f64; 2]) -> Option<(&'static str, [f64; 2])> {
+        let bounds = [("reach_x_m", self.reach_x_m, x), ("reach_y_m", self.reach_y_m, y)];
+        let beyond = bounds.iter().find(|(_, [low, high], v)| !(low <= v && v <= high));
+        beyond.map(|(key, span_m, _)| (*key, *span_m))
     }
 }
 
@@ -117,8 +120,8 @@ impl<'a> SkillContext<'a> {
         let object = object.ok_or_else(|| SkillError::Unseen { object: name.clone() })?;
         let volume = object.volume.ok_or_else(|| SkillError::NoVolume { object: name.clone() })?;
         let (x, y) = (volume.centre.x, volume.centre.y);
-        if !self.reaches(x, y) {
-            return Err(SkillError::OutOfReach { object: name.clone(), x, y });
+        if let Some((key, span_m)) = self.config.bound_beyond([x, y]) {
+            return Err(SkillError::OutOfReach { object: name.clone(), key, span_m, x, y });
         }
         Ok(volume)
     }
@@ -134,12 +137,6 @@ impl<'a> SkillContext<'a> {
                 && self.held.as_ref().is_none_or(|held| held.object != object.name);
             object.volume.filter(|_| stands).map(|volume| (object, volume))
         })
-    }
-
-    /// Whether the tool may go there.
-    pub fn reaches(&self, x: f64, y: f64) -> bool {
-        let within = |[low, high]: [f64; 2], v: f64| low <= v && v <= high;
-        within(self.config.reach_x_m, x) && within(self.config.reach_y_m, y)
     }
 
     /// A waypoint at `position`, keeping the jaws as they are.

@@ -75,10 +75,17 @@ pub enum SkillError {
         opening_m_max: f64,
     },
     /// The place is out of reach.
-    #[error("{object} at ({x:.2}, {y:.2}) m is outside the workspace")]
+    #[error(
+        "{object} at ({x:.2}, {y:.2}) m is outside the workspace: robot.motion.{key} = [{}, {}]",
+        span_m[0], span_m[1]
+    )]
     OutOfReach {
         /// Name of the object that the skill is about.
         object: Name,
+        /// The bound that it is beyond, by its key.
+        key: &'static str,
+        /// That bound.
+        span_m: [f64; 2],
         /// Its place along x.
         x: f64,
         /// Its place along y.
@@ -97,7 +104,10 @@ pub enum SkillError {
         object: Name,
     },
     /// The table is full.
-    #[error("no free place of {width_m:.3} m on the table")]
+    #[error(
+        "no free place of {width_m:.3} m on the table within robot.motion.place_x_m, place_y_m, \
+         reach_x_m and reach_y_m"
+    )]
     NoFreePlace {
         /// The width that was looked for.
         width_m: f64,

@@ -87,35 +87,37 @@ fn around(post: &Name, volume: Aabb, context: &SkillContext<'_>) -> Point3<f64> 
     Point3::new(x, y, if top_z.is_finite() { top_z } else { foot_z })
 }
 
-/// The free place on the table nearest to the tool, in the row where objects are put.
+/// The free place on the table nearest to the tool.
 ///
 /// Best is a place with nothing before or behind it: the camera looks along y, and what stands one
 /// behind the other hides one another. Where there is none, any free place will do.
 fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, SkillError> {
     let config = context.config;
     let width_m = held.extent[0].max(held.extent[1]);
-    let y = config.place_y_m;
-    let [low, high] = config.place_x_m;
-    let n_steps = ((high - low) / GRID_M) as u32;
-    let apart = |other: &Aabb, axis: usize, distance: f64| {
-        distance >= f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m
+    let others: Vec<Aabb> = context.others(&[]).map(|(_, other)| other).collect();
+    let is_apart = |other: &Aabb, axis: usize, place: [f64; 2]| {
+        let apart_m = f64::midpoint(other.extent[axis], width_m) + config.table_clearance_m;
+        (other.centre[axis] - place[axis]).abs() >= apart_m
     };
-    let in_sight =
-        |x: f64| context.others(&[]).all(|(_, other)| apart(&other, 0, (other.centre.x - x).abs()));
-    let is_free = |x: f64| {
-        context.others(&[]).all(|(_, other)| {
-            apart(&other, 0, (other.centre.x - x).abs())
-                || apart(&other, 1, (other.centre.y - y).abs())
-        })
+    let is_in_sight = |place: [f64; 2]| others.iter().all(|other| is_apart(other, 0, place));
+    let is_free = |place: [f64; 2]| {
+        others.iter().all(|other| is_apart(other, 0, place) || is_apart(other, 1, place))
     };
-    let nearest = |is_good: &dyn Fn(f64) -> bool| {
-        (0..=n_steps)
-            .map(|i| low + f64::from(i) * GRID_M)
-            .filter(|&x| is_good(x))
-            .min_by(|a, b| (a - context.tool.x).abs().total_cmp(&(b - context.tool.x).abs()))
+    let from_tool = |[x, y]: [f64; 2]| (x - context.tool.x).hypot(y - context.tool.y);
+    let nearest = |is_good: &dyn Fn([f64; 2]) -> bool| {
+        let (xs, ys) = (steps(config.place_x_m), steps(config.place_y_m));
+        ys.flat_map(|y| xs.clone().map(move |x| [x, y]))
+            .filter(|place| config.bound_beyond(*place).is_none() && is_good(*place))
+            .min_by(|a, b| from_tool(*a).total_cmp(&from_tool(*b)))
     };
-    nearest(&in_sight)
+    nearest(&is_in_sight)
         .or_else(|| nearest(&is_free))
-        .map(|x| Point3::new(x, y, config.table_z_m))
+        .map(|[x, y]| Point3::new(x, y, config.table_z_m))
         .ok_or(SkillError::NoFreePlace { width_m })
+}
+
+/// The search's steps from the least to the greatest value.
+fn steps([low, high]: [f64; 2]) -> impl Iterator<Item = f64> + Clone {
+    let n_steps = ((high - low) / GRID_M) as u32;
+    (0..=n_steps).map(move |i| low + f64::from(i) * GRID_M)
 }

@@ -25,7 +25,7 @@ const MOTION: MotionConfig = MotionConfig {
     table_clearance_m: 0.03,
     table_z_m: 0.0,
     place_x_m: [-0.3, 0.3],
-    place_y_m: -0.05,
+    place_y_m: [-0.05, -0.05],
     reach_x_m: [-0.3, 0.3],
     reach_y_m: [-0.2, 0.1],
     view_poses: Vec::new(),
@@ -205,6 +205,26 @@ fn a_free_place_is_the_nearest_to_the_tool_that_is_free() {
     check_release(task, &[behind(9.0)], &a, [0.0, -0.05, 0.027]);
 }
 
+/// A row that is full is no table that is full.
+#[test]
+fn a_place_beside_a_full_row_is_free() {
+    let cubes = (0..8).map(|i| cube(&format!("b{i}"), -0.28 + 0.08 * f64::from(i), 0.0));
+    let row: Vec<SceneObject> = cubes.collect();
+    let skills = folder("blocksworld").skills.unwrap();
+    let held = || Some(held("a", 0.0, [0.05; 3]));
+    let placed = |place_y_m| {
+        let config = MotionConfig { place_y_m, ..MOTION };
+        skills.motion(&step("put_down a arm"), &row, &ROBOT, held(), &config)
+    };
+    assert!(matches!(placed([0.0, 0.0]), Err(SkillError::NoFreePlace { .. })));
+    let (motion, _) = placed([-0.15, 0.15]).unwrap();
+    let at = motion.waypoints[4].position;
+    assert!(
+        (at.y - 0.08).abs() < 1e-9,
+        "the tool is at y = 0.05, and 0.1 is the end of its reach: {at}"
+    );
+}
+
 proptest! {
     #[test]
     fn a_free_place_keeps_clear_of_everything_and_within_reach(
@@ -252,12 +272,25 @@ fn what_was_perceived_may_not_allow_a_motion() {
             "the place of unplaced in the world is not known: no depth or no camera pose",
         ),
         ("pick_up wide arm", None, "wide is 0.110 m wide; the jaws open to 0.100 m"),
-        ("pick_up far arm", None, "far at (0.31, 0.00) m is outside the workspace"),
-        ("stack a near arm", a(), "near at (0.00, 0.11) m is outside the workspace"),
+        (
+            "pick_up far arm",
+            None,
+            "far at (0.31, 0.00) m is outside the workspace: robot.motion.reach_x_m = [-0.3, 0.3]",
+        ),
+        (
+            "stack a near arm",
+            a(),
+            "near at (0.00, 0.11) m is outside the workspace: robot.motion.reach_y_m = [-0.2, 0.1]",
+        ),
         ("put_down a arm", None, "a should be placed but is not in the gripper"),
         ("put_down b arm", a(), "b should be placed but is not in the gripper"),
         ("pick_up a arm", a(), "a should be picked but the gripper holds something"),
-        ("put_down a arm", a(), "no free place of 0.050 m on the table"),
+        (
+            "put_down a arm",
+            a(),
+            "no free place of 0.050 m on the table within robot.motion.place_x_m, place_y_m, reach_x_m \
+             and reach_y_m",
+        ),
         ("dance a arm", None, "no skill for action dance in skills.toml"),
     ];
     for (text, held, expect) in cases {

@@ -256,6 +256,30 @@ fn a_step_that_perception_does_not_allow_fails_without_a_motion() {
     assert_eq!(decision.outcomes[0].failures, 1);
 }
 
+/// Nothing is tried twice on the same evidence: there is one failure until things stand otherwise, and in the
+/// end a reason with the object and the bound.
+#[test]
+fn a_step_that_cannot_be_carried_out_waits_until_things_stand_otherwise() {
+    let mut episode = Episode::new();
+    episode.move_object("red_block", 0.4);
+    let why = "red_block at (-0.15, 0.40) m is outside the workspace: \
+               robot.motion.reach_y_m = [-0.3, 0.25]";
+    assert_eq!(reasons(&episode.plan(&[PICK]).cycle()), [why]);
+    let waits = format!("{} cannot be carried out: {why}", step(PICK));
+    assert_eq!(reasons(&episode.cycle()), [waits.as_str()]);
+    for _ in 0..9 {
+        assert_eq!(episode.cycle().outcomes, [], "no second failure");
+    }
+    let mut back = episode.clone();
+    back.move_object("red_block", -0.3);
+    assert_eq!(started(&back.cycle()), Some(step(PICK).to_string()));
+    let mut elsewhere = episode.clone();
+    elsewhere.move_object("red_block", 0.1);
+    assert_eq!(elsewhere.cycle().outcomes[0].failures, 2, "other evidence");
+    let (_, verdict) = episode.run_out(50);
+    assert_eq!(verdict.reason(), format!("limits.observations_max: {waits}"));
+}
+
 #[test]
 fn statuses_of_other_commands_end_nothing() {
     let mut episode = stacking();
