@@ -2,7 +2,7 @@
 
 use super::explain::deviations;
 use super::re_observing::with_anomalies;
-use super::{Answer, Cycle, Executive, Phase, counted, join};
+use super::{Answer, Cycle, Executive, ExecutiveMode, Phase, counted, join};
 use crate::logic::Truth;
 use crate::messages::{CommandKind, Event, Limit, PlanVerdict, ReplanCause, Verdict};
 use crate::pddl::{Atom, Name, Step};
@@ -14,6 +14,11 @@ impl Executive {
         self.apply_statuses(cycle);
         self.judge(cycle);
         self.clear_held(cycle);
+        if cycle.config.mode == ExecutiveMode::OpenLoop
+            && let Some(answer) = self.carry_on_blindly(cycle)
+        {
+            return answer;
+        }
         self.explain(cycle);
         self.count_planner_timeouts(cycle);
         if !(cycle.input.plan.verdict.is_goal() && cycle.is_settled()) {
@@ -106,8 +111,8 @@ impl Executive {
         }
     }
 
-    /// Whether a budget of the whole episode is used up.
-    fn spent(&self, cycle: &Cycle<'_>) -> Option<Verdict> {
+    /// Whether the episode has taken too long, or a robot does not answer.
+    pub(super) fn out_of_time(&self, cycle: &Cycle<'_>) -> Option<Verdict> {
         let limits = &cycle.config.limits;
         let give_up = |limit, detail| Some(Verdict::GaveUp { limit, detail });
         let started_ns = self.started_ns.unwrap_or(cycle.input.now_ns);
@@ -122,13 +127,21 @@ impl Executive {
         if seconds > limits.seconds_max {
             return give_up(Limit::Seconds, format!("{} s", limits.seconds_max));
         }
-        if self.failures_total() > limits.failures_max {
-            let worst = self.failures.iter().max_by_key(|(_, n)| **n);
-            let worst = worst.map(|(step, n)| format!(", {step} {n} times")).unwrap_or_default();
-            let detail = format!("{} failed skills{worst}", self.failures_total());
-            return give_up(Limit::Failures, detail);
-        }
         None
+    }
+
+    /// Whether a budget of the whole episode is used up.
+    fn spent(&self, cycle: &Cycle<'_>) -> Option<Verdict> {
+        if let Some(verdict) = self.out_of_time(cycle) {
+            return Some(verdict);
+        }
+        if self.failures_total() <= cycle.config.limits.failures_max {
+            return None;
+        }
+        let worst = self.failures.iter().max_by_key(|(_, n)| **n);
+        let worst = worst.map(|(step, n)| format!(", {step} {n} times")).unwrap_or_default();
+        let detail = format!("{} failed skills{worst}", self.failures_total());
+        Some(Verdict::GaveUp { limit: Limit::Failures, detail })
     }
 
     /// Follows a plan: keeps the running step, switches, or starts the first step.

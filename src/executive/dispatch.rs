@@ -6,7 +6,7 @@ use super::{Answer, Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth, Universe, bind, effects, evaluate, unsatisfied};
 use crate::messages::{CommandKind, Dispatch, Effects, Event, Limit, Verdict};
 use crate::pddl::{Domain, Step, Typed};
-use crate::skills::{Held, Preempt};
+use crate::skills::{Held, Preempt, SkillError};
 
 /// Why a step may not start.
 enum Refusal {
@@ -19,10 +19,10 @@ enum Refusal {
 impl Executive {
     /// Starts a step, or says why not.
     pub(super) fn dispatch(&mut self, cycle: &mut Cycle<'_>, step: &Step) -> Answer {
-        let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
+        if cycle.config.motion.is_none() || cycle.input.robot.is_none() {
             let looked_into = self.re_observe_anomalies(cycle, &[]);
             return looked_into.unwrap_or(Answer::End(Verdict::Planned));
-        };
+        }
         match Self::may_start(cycle, step) {
             Ok(()) => {}
             Err(Refusal::NotYet(reason)) => return self.look(cycle, reason),
@@ -37,13 +37,26 @@ impl Executive {
         if let Some(verdict) = self.state_revisit_guard(cycle) {
             return Answer::End(verdict);
         }
+        let started = self.start(cycle, step);
+        started.unwrap_or_else(|error| self.cannot_carry_out(cycle, step, &error))
+    }
+
+    /// Starts a step, whatever holds; the robot and its motion are configured.
+    ///
+    /// # Errors
+    /// What was perceived does not allow a motion.
+    pub(super) fn start(
+        &mut self,
+        cycle: &mut Cycle<'_>,
+        step: &Step,
+    ) -> Result<Answer, SkillError> {
+        let (Some(motion_config), Some(robot)) = (&cycle.config.motion, cycle.input.robot) else {
+            return Ok(Answer::End(Verdict::Planned));
+        };
         let objects = &cycle.input.scene.objects;
         let held = self.held.clone().or_else(|| Held::found(objects, motion_config));
-        let planned = cycle.config.skills.motion(step, objects, robot, held, motion_config);
-        let (motion, held) = match planned {
-            Ok(planned) => planned,
-            Err(error) => return self.cannot_carry_out(cycle, step, &error),
-        };
+        let (motion, held) =
+            cycle.config.skills.motion(step, objects, robot, held, motion_config)?;
         self.last_command_id += 1;
         (self.looks, self.views_taken) = (0, 0);
         let cause = cycle.input.scene.cause;
@@ -76,7 +89,7 @@ impl Executive {
         });
         self.held = held.or(self.held.take());
         cycle.event(Event::Started { step: step.clone() });
-        Answer::Command(CommandKind::Start(motion))
+        Ok(Answer::Command(CommandKind::Start(motion)))
     }
 
     fn held_name(&self) -> Option<&str> {

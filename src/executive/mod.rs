@@ -11,11 +11,12 @@ mod planner_timeouts;
 mod places;
 mod infeasible;
 mod finish;
+mod open_loop;
 mod decide;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::logic::Facts;
 use crate::messages::{
@@ -29,6 +30,7 @@ use crate::skills::{Held, MotionConfig, SkillMap};
 pub use dispatch::predicted_effects;
 pub use explain::deviations;
 pub use limits::Limits;
+pub use open_loop::ExecutiveMode;
 
 use decide::Awaited;
 use finish::GoalSeen;
@@ -48,6 +50,8 @@ pub struct ExecutiveConfig {
     pub motion: Option<MotionConfig>,
     /// Every bound of the loop.
     pub limits: Limits,
+    /// Whether the loop is closed.
+    pub mode: ExecutiveMode,
 }
 
 /// Everything one cycle looks at.
@@ -111,6 +115,8 @@ pub struct Executive {
     goal_seen: Option<GoalSeen>,
     /// Steps for which there was no motion.
     infeasible: Vec<Infeasible>,
+    /// What is left of the plan of an open loop, once there is one.
+    blind_plan: Option<VecDeque<Step>>,
     /// What people were last told to wait for.
     awaited: Option<Awaited>,
     planner_timeouts: PlannerTimeouts,

@@ -71,6 +71,8 @@ pub enum Verdict {
     Reached,
     /// Without a robot: a plan rests on a confirmed state.
     Planned,
+    /// In an open loop: all steps of the first plan were carried out. Nobody has looked what came of them.
+    Executed,
     /// No plan exists from a confirmed state.
     Unsolvable {
         /// The kind of proof.
@@ -89,13 +91,15 @@ pub enum Verdict {
 
 impl Verdict {
     /// Every [`word`](Self::word).
-    pub const WORDS: [&str; 5] = ["reached", "planned", "unsolvable", "gave-up", "stopped"];
+    pub const WORDS: [&str; 6] =
+        ["reached", "planned", "executed", "unsolvable", "gave-up", "stopped"];
 
     /// The word for it in reports.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Reached => "reached",
             Self::Planned => "planned",
+            Self::Executed => "executed",
             Self::Unsolvable { .. } => "unsolvable",
             Self::GaveUp { .. } => "gave-up",
             Self::Stopped(_) => "stopped",
@@ -105,7 +109,7 @@ impl Verdict {
     /// The process's exit code for it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Reached | Self::Planned => 0,
+            Self::Reached | Self::Planned | Self::Executed => 0,
             Self::Unsolvable { .. } => 3,
             Self::GaveUp { .. } => 4,
             Self::Stopped(Stop::Interrupt | Stop::Request) => 130,
@@ -118,6 +122,10 @@ impl Verdict {
         match self {
             Self::Reached => "the goal holds in a confirmed state".to_owned(),
             Self::Planned => "planned from a confirmed state; no robot is configured".to_owned(),
+            Self::Executed => {
+                "all steps of the first plan were carried out blindly; what came of them was not looked at"
+                    .to_owned()
+            }
             Self::Unsolvable { proof } => format!("no plan exists: {proof}"),
             Self::GaveUp { limit, detail } => format!("{}: {detail}", limit.key()),
             Self::Stopped(Stop::Interrupt) => {

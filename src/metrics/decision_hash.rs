@@ -73,6 +73,7 @@ pub fn encode(answered: &AnsweredCycle<'_>) -> String {
             Verdict::GaveUp { limit, .. } => format!(" {}", limit_word(*limit)),
             Verdict::Reached
             | Verdict::Planned
+            | Verdict::Executed
             | Verdict::Unsolvable { .. }
             | Verdict::Stopped(_) => String::new(),
         };

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::{CameraConfig, ConfigError, DomainFolder, ExemplarConfig, OtherCameraConfig};
 use crate::actors::{PanicConfig, SupervisorConfig};
 use crate::clock::ClockKind;
-use crate::executive::Limits;
+use crate::executive::{ExecutiveMode, Limits};
 use crate::files::{FileRef, Folder};
 #[cfg(feature = "sim")]
 use crate::hardware::sim::{fault_mismatches, read_scene};
@@ -49,6 +49,8 @@ pub struct RunConfig {
     pub seed: u64,
     /// Which clock drives the loop.
     pub clock: ClockKind,
+    /// Whether the loop is closed.
+    pub executive: ExecutiveMode,
     /// Where the goal comes from.
     pub goal: GoalConfig,
     /// The services that goal source and detector ask.

@@ -235,6 +235,7 @@ impl PreparedRun {
             skills: self.skills.clone(),
             motion,
             limits: self.config.limits.clone(),
+            mode: self.config.executive,
         };
         let args = Arc::new(skill_executor::SkillExecutorArgs {
             bus: bus.clone(),

@@ -2,6 +2,7 @@
 
 mod dispatch;
 mod endings;
+mod open_loop;
 mod planner_timeouts;
 mod re_observing;
 mod property;
@@ -46,6 +47,7 @@ fn config(domain: &str) -> ExecutiveConfig {
         skills: folder.skills.unwrap(),
         motion: run.robot.motion,
         limits: run.limits,
+        mode: run.executive,
     }
 }
 

@@ -168,7 +168,7 @@ fn check_verdict(verdict: &Verdict) -> Result<(), WireError> {
     match verdict {
         Verdict::Unsolvable { proof } => check_text(proof),
         Verdict::GaveUp { detail, .. } => check_text(detail),
-        Verdict::Reached | Verdict::Planned | Verdict::Stopped(_) => Ok(()),
+        Verdict::Reached | Verdict::Planned | Verdict::Executed | Verdict::Stopped(_) => Ok(()),
     }
 }
 

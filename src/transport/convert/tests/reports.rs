@@ -88,6 +88,7 @@ fn a_verdict_arrives_as_it_was_sent() {
     let counts = EpisodeCounts { cycles: 9, replans: 2, skills_done: 3, skills_failed: 1 };
     for verdict in [
         Verdict::Planned,
+        Verdict::Executed,
         Verdict::Unsolvable { proof: "delete relaxation".to_owned() },
         Verdict::GaveUp { limit: Limit::PlannerTimeouts, detail: "too late".to_owned() },
         Verdict::Stopped(Stop::Interrupt),
