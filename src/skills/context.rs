@@ -37,8 +37,9 @@ pub struct MotionConfig {
     pub table_z_m: f64,
     /// Where objects are put on the table: least and greatest x, in full view.
     pub place_x_m: [f64; 2],
-    /// Where objects are put on the table: least and greatest y.
-    pub place_y_m: [f64; 2],
+    /// The row in which objects are put on the table: y. Where it is full, as near to it as there is room within
+    /// reach.
+    pub place_y_m: f64,
     /// Reach along x: least and greatest.
     pub reach_x_m: [f64; 2],
     /// Reach along y: least and greatest.

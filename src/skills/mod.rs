@@ -105,8 +105,7 @@ pub enum SkillError {
     },
     /// The table is full.
     #[error(
-        "no free place of {width_m:.3} m on the table within robot.motion.place_x_m, place_y_m, \
-         reach_x_m and reach_y_m"
+        "no free place of {width_m:.3} m on the table within robot.motion.place_x_m and reach_y_m"
     )]
     NoFreePlace {
         /// The width that was looked for.

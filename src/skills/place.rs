@@ -87,7 +87,7 @@ fn around(post: &Name, volume: Aabb, context: &SkillContext<'_>) -> Point3<f64> 
     Point3::new(x, y, if top_z.is_finite() { top_z } else { foot_z })
 }
 
-/// The free place on the table nearest to the tool.
+/// The free place on the table nearest to the tool and to the row in which objects are put.
 ///
 /// Best is a place with nothing before or behind it: the camera looks along y, and what stands one
 /// behind the other hides one another. Where there is none, any free place will do.
@@ -103,12 +103,13 @@ fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, Sk
     let is_free = |place: [f64; 2]| {
         others.iter().all(|other| is_apart(other, 0, place) || is_apart(other, 1, place))
     };
-    let from_tool = |[x, y]: [f64; 2]| (x - context.tool.x).hypot(y - context.tool.y);
+    let wanted = [context.tool.x, config.place_y_m];
+    let away_m = |[x, y]: [f64; 2]| (x - wanted[0]).hypot(y - wanted[1]);
     let nearest = |is_good: &dyn Fn([f64; 2]) -> bool| {
-        let (xs, ys) = (steps(config.place_x_m), steps(config.place_y_m));
-        ys.flat_map(|y| xs.clone().map(move |x| [x, y]))
+        let ys = rows(config.place_y_m, config.reach_y_m);
+        ys.flat_map(|y| columns(config.place_x_m).map(move |x| [x, y]))
             .filter(|place| config.bound_beyond(*place).is_none() && is_good(*place))
-            .min_by(|a, b| from_tool(*a).total_cmp(&from_tool(*b)))
+            .min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
     };
     nearest(&is_in_sight)
         .or_else(|| nearest(&is_free))
@@ -116,8 +117,18 @@ fn free_place(held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, Sk
         .ok_or(SkillError::NoFreePlace { width_m })
 }
 
-/// The search's steps from the least to the greatest value.
-fn steps([low, high]: [f64; 2]) -> impl Iterator<Item = f64> + Clone {
+/// The search's steps from the least to the greatest x.
+fn columns([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     let n_steps = ((high - low) / GRID_M) as u32;
     (0..=n_steps).map(move |i| low + f64::from(i) * GRID_M)
+}
+
+/// The row in which objects are put, then those beside it within reach, the nearest first.
+fn rows(y: f64, [low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let n_steps = ((high - low) / GRID_M) as u32;
+    let beside = (1..=n_steps).flat_map(move |i| {
+        let away_m = f64::from(i) * GRID_M;
+        [y - away_m, y + away_m]
+    });
+    std::iter::once(y).chain(beside)
 }

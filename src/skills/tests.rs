@@ -25,7 +25,7 @@ const MOTION: MotionConfig = MotionConfig {
     table_clearance_m: 0.03,
     table_z_m: 0.0,
     place_x_m: [-0.3, 0.3],
-    place_y_m: [-0.05, -0.05],
+    place_y_m: -0.05,
     reach_x_m: [-0.3, 0.3],
     reach_y_m: [-0.2, 0.1],
     view_poses: Vec::new(),
@@ -212,17 +212,13 @@ fn a_place_beside_a_full_row_is_free() {
     let row: Vec<SceneObject> = cubes.collect();
     let skills = folder("blocksworld").skills.unwrap();
     let held = || Some(held("a", 0.0, [0.05; 3]));
-    let placed = |place_y_m| {
-        let config = MotionConfig { place_y_m, ..MOTION };
+    let placed = |reach_y_m| {
+        let config = MotionConfig { reach_y_m, place_y_m: -0.02, ..MOTION };
         skills.motion(&step("put_down a arm"), &row, &ROBOT, held(), &config)
     };
-    assert!(matches!(placed([0.0, 0.0]), Err(SkillError::NoFreePlace { .. })));
-    let (motion, _) = placed([-0.15, 0.15]).unwrap();
-    let at = motion.waypoints[4].position;
-    assert!(
-        (at.y - 0.08).abs() < 1e-9,
-        "the tool is at y = 0.05, and 0.1 is the end of its reach: {at}"
-    );
+    assert!(matches!(placed([-0.05, 0.05]), Err(SkillError::NoFreePlace { .. })));
+    let at = placed([-0.2, 0.2]).unwrap().0.waypoints[4].position;
+    assert!((at.y - -0.08).abs() < 1e-9, "on the side of the row that is nearer to it: {at}");
 }
 
 proptest! {
@@ -288,8 +284,7 @@ fn what_was_perceived_may_not_allow_a_motion() {
         (
             "put_down a arm",
             a(),
-            "no free place of 0.050 m on the table within robot.motion.place_x_m, place_y_m, reach_x_m \
-             and reach_y_m",
+            "no free place of 0.050 m on the table within robot.motion.place_x_m and reach_y_m",
         ),
         ("dance a arm", None, "no skill for action dance in skills.toml"),
     ];
