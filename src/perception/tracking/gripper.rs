@@ -8,9 +8,6 @@ use crate::messages::RobotState;
 use crate::pddl::Name;
 use crate::perception::GripperContent;
 
-/// A tool centre less than this outside a volume is in it, in metres.
-const INSIDE_M: f64 = 0.005;
-
 /// What may have been taken.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taking<'a> {
@@ -41,8 +38,9 @@ pub(super) fn follow(
 }
 
 impl<'a> Taking<'a> {
-    /// What the running step takes, if it is at the tool, or has left its place: at few frames per second
-    /// the tool has gone far by the time that anything is known of the grasp. Else the object whose volume is
+    /// What the running step takes, if it is at the tool, though something else may be as near: a peg. Or if it
+    /// has left its place: at few frames per second the tool has gone far by the time that anything is known of
+    /// the grasp. Else the object whose volume is
     /// nearest to the tool centre, within reach; none of them for an object that nobody has seen.
     fn taken(&self, tool: Point3<f64>) -> Option<&'a Name> {
         let near = |track: &Track| distance_m(track, tool).filter(|d| *d <= self.reach_m);
@@ -50,12 +48,9 @@ impl<'a> Taking<'a> {
             self.tracks.iter().filter_map(|track| Some((near(track)?, &track.object.name)));
         let nearest: Option<(f64, &Name)> =
             distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(b.1)));
-        let is_in_another =
-            |own_m: f64| nearest.is_some_and(|(m, _)| m < INSIDE_M && own_m >= INSIDE_M);
-        let expected = self.expected.filter(|track| match near(track) {
-            Some(own_m) => !is_in_another(own_m),
-            None => nearest.is_none() && !self.is_in_place,
-        });
+        let expected = self
+            .expected
+            .filter(|track| near(track).is_some() || (nearest.is_none() && !self.is_in_place));
         expected.map(|track| &track.object.name).or(nearest.map(|(_, name)| name))
     }
 }

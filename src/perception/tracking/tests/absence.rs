@@ -137,6 +137,19 @@ fn a_prediction_that_the_gripper_contradicts_is_not_believed() {
     }
 }
 
+/// The disk is lifted from around its peg: the tool is in the peg, and above the disk by now.
+#[test]
+fn what_the_step_takes_is_held_though_something_else_is_nearer() {
+    let mut eyes = before_a_wall();
+    let row = [block("red", -40.0, 0.0), block("blue", 40.0, 0.0)];
+    eyes.stare(SETTLE, &row);
+    eyes.start("(pick_up red_block arm)");
+    eyes.grasp(12.0, 30.0);
+    let scene = eyes.look(&row[1..]);
+    let raw = scene.facts.iter().find(|f| f.atom == atom("holding red_block")).map(|f| f.raw);
+    assert_eq!(raw, Some(True));
+}
+
 /// At few frames per second the tool is far away when the grasp is known.
 #[test]
 fn what_the_step_takes_is_held_though_the_tool_has_gone() {
