@@ -13,7 +13,7 @@ const SIZE_MULTIPLE_MAX: f64 = 3.0;
 /// A patch this much higher than the highest labelled object may be two that touch.
 const DOUBLE_HEIGHT: f64 = 1.2;
 
-/// An outline draws in by at least this many pixels between two bodies.
+/// An outline draws in by at least this many pixels between two bodies (see [`enlargement`]).
 const WAIST_PIXELS_MIN: f64 = 2.0;
 
 /// The least share of its box that a convex body fills: a square that stands on a corner half of it,
@@ -33,14 +33,23 @@ const REST_LENGTH_MIN: f64 = 0.5;
 const REST_FILL_MIN: f64 = 0.5;
 /// and what hides it lies along this share of a side,
 const REST_HIDDEN_MIN: f64 = 0.75;
-/// at most so many pixels away.
-const REST_GAP: u32 = 4;
+/// at most so many pixels away (see [`enlargement`]).
+const REST_GAP: f64 = 4.0;
 
 /// A post of which less than this is to be seen, as a multiple of its width, may be anything.
 const STUB_HEIGHT_MIN: f64 = 0.5;
 
-/// What is left of a base's blurred edge, in pixels.
-const BASE_MARGIN: usize = 2;
+/// What is left of a base's blurred edge, in pixels (see [`enlargement`]).
+const BASE_MARGIN: f64 = 2.0;
+
+/// Limits in pixels hold for pictures of up to so many rows.
+const ROWS_MAX: f64 = 512.0;
+
+/// How many times larger limits in pixels are in a picture of so many rows: with the picture grow its
+/// blurred edges and the steps of its outlines, while no limit may sink below a pixel or two.
+pub(super) fn enlargement(image_height: usize) -> f64 {
+    (image_height as f64 / ROWS_MAX).max(1.0)
+}
 
 /// Sizes of objects of one type, in some unit of length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +88,8 @@ pub(super) struct SizeLimits {
     labelled: Option<Sizes>,
     /// Whether bodies are neither round nor posts.
     is_angular: bool,
+    /// What limits in pixels are multiplied by.
+    enlargement: f64,
 }
 
 impl SizeLimits {
@@ -89,10 +100,11 @@ impl SizeLimits {
     /// all of it.
     pub(super) fn new(spec: &Appearance, labelled: Option<Sizes>, image_height: usize) -> Self {
         let is_angular = matches!(spec.shape, Shape::Patch { split_waists: false });
+        let enlargement = enlargement(image_height);
         let declared = Sizes { width: spec.width, height: spec.height };
         let declared = declared.scaled(image_height as f64);
         let Some(labelled) = labelled.map(|l| l.scaled(image_height as f64)) else {
-            return Self { accepted: declared, labelled: None, is_angular };
+            return Self { accepted: declared, labelled: None, is_angular, enlargement };
         };
         let meet = |declared: [f64; 2], [least, greatest]: [f64; 2]| {
             let low = declared[0].max(least * SIZE_SHARE_MIN);
@@ -105,7 +117,8 @@ impl SizeLimits {
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
-        Self { accepted: Sizes { width, height }, labelled: Some(labelled), is_angular }
+        let accepted = Sizes { width, height };
+        Self { accepted, labelled: Some(labelled), is_angular, enlargement }
     }
 
     /// Width of the widest labelled object.
@@ -227,8 +240,9 @@ fn is_rest(
         let bodies = (x1..x2).filter(|x| rows.clone().any(|y| is_body(*x, y))).count();
         bodies as f64 / b.width()
     };
-    let across = [beside(x1.saturating_sub(REST_GAP)..x1), beside(x2..x2 + REST_GAP)];
-    let upright = [along(y1.saturating_sub(REST_GAP)..y1), along(y2..y2 + REST_GAP)];
+    let gap = (REST_GAP * limits.enlargement).round() as u32;
+    let across = [beside(x1.saturating_sub(gap)..x1), beside(x2..x2 + gap)];
+    let upright = [along(y1.saturating_sub(gap)..y1), along(y2..y2 + gap)];
     let hiding = if is_narrow { across } else { upright };
     let least = |sides: [f64; 2]| sides[0].min(sides[1]);
     hiding.iter().any(|share| *share >= REST_HIDDEN_MIN)
@@ -278,7 +292,8 @@ fn standing(
     limits: &SizeLimits,
 ) -> (Vec<Region>, Vec<Region>) {
     let base = mask.open(base_width, 1);
-    let standing = mask.without(&base.grow(BASE_MARGIN, BASE_MARGIN)).open(open_x, open_y);
+    let margin = (BASE_MARGIN * limits.enlargement).round() as usize;
+    let standing = mask.without(&base.grow(margin, margin)).open(open_x, open_y);
     // Pieces of a base that something in front cuts up hardly rise above it.
     let base_top = regions(&base).first().map_or(f64::INFINITY, |r| r.pixel_box().y1);
     let least = limits.accepted.height[0];
@@ -332,10 +347,15 @@ fn split_at_waists(region: Region, limits: &SizeLimits) -> Vec<Region> {
     let too_high =
         |r: &Region| limits.highest().is_some_and(|h| r.pixel_box().height() > DOUBLE_HEIGHT * h);
     let part_min = limits.accepted.height[0].ceil().max(1.0) as usize;
+    let depth_min = WAIST_PIXELS_MIN * limits.enlargement;
     let mut parts = Vec::new();
     let mut rest = vec![region];
     while let Some(region) = rest.pop() {
-        let waist = if too_high(&region) { waist(&region.row_extents(), part_min) } else { None };
+        let waist = if too_high(&region) {
+            waist(&region.row_extents(), part_min, depth_min)
+        } else {
+            None
+        };
         match waist {
             Some(row) => {
                 let first = region.runs.first().map_or(0, |r| r.y);
@@ -348,8 +368,8 @@ fn split_at_waists(region: Region, limits: &SizeLimits) -> Vec<Region> {
 }
 
 /// The row in which both sides of the outline lie farthest inside their convex hulls, counting the
-/// shallower side; `None` when that is not far. Both parts have at least `part_min` rows.
-fn waist(rows: &[Option<[u32; 2]>], part_min: usize) -> Option<usize> {
+/// shallower side; `None` when that is less than `depth_min`. Both parts have at least `part_min` rows.
+fn waist(rows: &[Option<[u32; 2]>], part_min: usize, depth_min: f64) -> Option<usize> {
     let side = |of: fn([u32; 2]) -> f64| -> Vec<f64> {
         let reach: Vec<f64> = rows.iter().map(|r| r.map_or(f64::NEG_INFINITY, of)).collect();
         below_hull(&reach)
@@ -360,7 +380,7 @@ fn waist(rows: &[Option<[u32; 2]>], part_min: usize) -> Option<usize> {
     let inner =
         depths.filter(|(i, _)| (part_min..=rows.len().saturating_sub(part_min)).contains(i));
     let deepest = inner.max_by(|a, b| a.1.total_cmp(&b.1));
-    deepest.filter(|(_, depth)| *depth >= WAIST_PIXELS_MIN).map(|(i, _)| i)
+    deepest.filter(|(_, depth)| *depth >= depth_min).map(|(i, _)| i)
 }
 
 /// How far each value lies below the upper convex hull of all, the index being the abscissa.
@@ -392,6 +412,7 @@ fn below_hull(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::perception::model::Perception;
 
     fn rows_of(widths: &[u32]) -> Vec<Option<[u32; 2]>> {
         widths.iter().map(|w| Some([50 - w, 50 + w])).collect()
@@ -401,15 +422,15 @@ mod tests {
     fn two_bulges_have_a_waist_and_one_has_none() {
         let one = [12, 18, 20, 21, 21, 20, 18];
         let two = [12, 18, 20, 20, 18, 17, 26, 30, 31, 31, 28];
-        assert_eq!(waist(&rows_of(&one), 2), None);
-        assert_eq!(waist(&rows_of(&two), 2), Some(5));
+        assert_eq!(waist(&rows_of(&one), 2, 2.0), None);
+        assert_eq!(waist(&rows_of(&two), 2, 2.0), Some(5));
     }
 
     #[test]
     fn a_notch_on_one_side_is_no_waist() {
         let mut rows = rows_of(&[20; 9]);
         rows[4] = Some([40, 70]);
-        assert_eq!(waist(&rows, 2), None);
+        assert_eq!(waist(&rows, 2, 2.0), None);
     }
 
     #[test]
@@ -422,9 +443,31 @@ mod tests {
     }
 
     #[test]
+    fn what_is_a_waist_grows_with_the_picture() {
+        let text = include_str!("../../../../domains/hanoi/perception.toml");
+        let perception = Perception::parse("perception.toml", text).unwrap();
+        let disk = perception.type_spec(&"disk".into()).unwrap().appearance.clone().unwrap();
+        // Two disks, the picture's rows / 20 high each, drawn in by so many pixels where they meet.
+        let n_parts = |image_height: usize, depth: usize| {
+            let labelled = Sizes { width: [0.1; 2], height: [0.05; 2] };
+            let limits = SizeLimits::new(&disk, Some(labelled), image_height);
+            let height = image_height / 10;
+            let mut mask = BitMask::new(2 * height, height);
+            for y in 0..height {
+                let inset = if y.abs_diff(height / 2) < 3 { depth } else { 0 };
+                (inset..2 * height - inset).for_each(|x| mask.row_mut(y)[x / 64] |= 1 << (x % 64));
+            }
+            regions(&mask).into_iter().flat_map(|r| split_at_waists(r, &limits)).count()
+        };
+        assert_eq!([n_parts(512, 3), n_parts(512, 1)], [2, 1]);
+        assert_eq!([n_parts(1024, 5), n_parts(1024, 3)], [2, 1]);
+        assert_eq!(n_parts(256, 2), 2, "and sinks no further");
+    }
+
+    #[test]
     fn an_empty_row_is_a_waist() {
         let mut rows = rows_of(&[20; 9]);
         rows[4] = None;
-        assert_eq!(waist(&rows, 2), Some(4));
+        assert_eq!(waist(&rows, 2, 2.0), Some(4));
     }
 }

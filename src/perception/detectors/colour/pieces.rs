@@ -6,6 +6,7 @@
 //! no edge where they touch.
 
 use super::blob_filters::middle_colour;
+use super::outline::enlargement;
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::ImageView;
@@ -19,7 +20,7 @@ const ROWS_SHARE_MAX: f64 = 0.25;
 const WIDTH_MULTIPLE_MAX: f64 = 1.15;
 /// What cuts a body up is at most this share of the whole.
 const GAP_SHARE_MAX: f64 = 0.45;
-/// Pieces this near touch, in pixels.
+/// Pieces this near touch, in pixels (see [`enlargement`]).
 const TOUCH_MAX: f64 = 3.0;
 /// Colours on both sides of a border that differ by more are two bodies (in Lab units).
 const EDGE_MIN: f32 = 16.0;
@@ -53,11 +54,12 @@ pub(super) fn joined<'a>(
         pieces.into_iter().enumerate().map(place).collect();
     pieces.sort_by(|a, b| a.1.x1.total_cmp(&b.1.x1));
     let is_ground = ground.is_near();
+    let touch_max = TOUCH_MAX * enlargement(image.height());
     let mut bodies: Vec<(usize, PixelBox, Piece<'a>)> = Vec::new();
     for (place, right, piece) in pieces {
         let of_one = |(_, left, body): &(usize, PixelBox, Piece<'a>)| {
-            are_one_size(left, &right, width_max)
-                && if right.x1 - left.x2 <= TOUCH_MAX {
+            are_one_size((left, &right), width_max, touch_max)
+                && if right.x1 - left.x2 <= touch_max {
                     body.0 != piece.0 && has_no_edge(image, left, &right)
                 } else {
                     body.0 == piece.0 && hides(image, left, &right, &is_ground)
@@ -164,14 +166,14 @@ pub(super) fn joined_behind<'a>(
 }
 
 /// Whether two boxes side by side could be one object's.
-fn are_one_size(left: &PixelBox, right: &PixelBox, width_max: f64) -> bool {
+fn are_one_size((left, right): (&PixelBox, &PixelBox), width_max: f64, touch_max: f64) -> bool {
     let whole = left.hull(right);
     let rows = ROWS_SHARE_MAX * whole.height();
     let gap = right.x1 - left.x2;
     (left.y1 - right.y1).abs() <= rows
         && (left.y2 - right.y2).abs() <= rows
         && whole.width() <= WIDTH_MULTIPLE_MAX * width_max
-        && (-TOUCH_MAX..=GAP_SHARE_MAX * whole.width()).contains(&gap)
+        && (-touch_max..=GAP_SHARE_MAX * whole.width()).contains(&gap)
 }
 
 /// Rows that both boxes have, thinned out.
