@@ -41,7 +41,7 @@ pub fn plan_text(domain: &str, problem: &str) -> Result<PlanAnswer, PddlError> {
 /// Reads the facts off one image file, with the `colour` detector and the `s2s-joint` grounder.
 ///
 /// `domain` is the path of a domain folder or the name of one that is shipped; `exemplars` is a folder in
-/// its `exemplar/`: labelled images of the same camera.
+/// its `exemplar/`: labelled images of the same camera, which are scaled to the size of the image.
 ///
 /// ```
 /// let image = "domains/blocksworld/exemplar/sim_320x240/a_tower_and_singles.png";
@@ -51,8 +51,8 @@ pub fn plan_text(domain: &str, problem: &str) -> Result<PlanAnswer, PddlError> {
 /// ```
 ///
 /// # Errors
-/// [`ConfigError`] naming the file: no image, of another size than the labelled ones, or an incomplete
-/// domain folder.
+/// [`ConfigError`] naming the file: no image, of another ratio of width to height than the labelled ones,
+/// or an incomplete domain folder.
 pub fn read_image(domain: &str, exemplars: &str, image: &Path) -> Result<Facts, ConfigError> {
     let folder = Arc::new(DomainFolder::find(domain, &Folder::default())?);
     let examples = Arc::new(ExemplarConfig::in_folder(exemplars).read(&folder, None)?);

@@ -1,29 +1,18 @@
 //! Which cameras a run file chooses, beside that of `[camera]` those of `[cameras.NAME]`.
 
-use std::sync::Arc;
-
-use image::RgbImage;
-
+use super::scaled_examples::Examples;
 use super::{ConfigError, ExemplarConfig, RunConfig};
 use crate::clock::ClockKind;
 use crate::messages::MAIN_CAMERA;
 use crate::mismatch::Mismatch;
 use crate::parts::PartChoice;
-use crate::perception::model::Exemplar;
 use crate::settings::near_hint;
 
 /// Another camera of a run, with what its detector learns from.
 #[derive(Debug, Clone)]
 pub(super) struct OtherCamera {
     pub(super) name: String,
-    pub(super) examples: Arc<Vec<(RgbImage, Exemplar)>>,
-}
-
-impl OtherCamera {
-    /// Width and height that its frames must have.
-    pub(super) fn image_size(&self) -> [u32; 2] {
-        self.examples.first().map_or([0, 0], |(_, exemplar)| exemplar.image_size)
-    }
+    pub(super) examples: Examples,
 }
 
 /// Longest name of a camera: part of the name of a topic.
@@ -52,6 +41,16 @@ impl RunConfig {
                 choice(&format!("cameras.{name}.kind"), kind, camera.options.as_ref())
             }
             None => choice("camera.kind", &self.camera.kind, self.camera.options.as_ref()),
+        }
+    }
+
+    /// The key that says how large the images of a camera are.
+    pub(super) fn image_size_key(&self, name: &str) -> String {
+        match (self.camera_choice(name).name == "sim", name) {
+            (true, MAIN_CAMERA) => "sim.camera".to_owned(),
+            (true, other) => format!("sim.cameras.{other}"),
+            (false, MAIN_CAMERA) => "camera.options".to_owned(),
+            (false, other) => format!("cameras.{other}.options"),
         }
     }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 
+use super::scaled_examples::scaled_example;
 use super::{ConfigError, DomainFolder, ExemplarConfig};
 use crate::files::{FileRef, Folder};
 use crate::hardware::file::decode_rgb;
@@ -12,7 +13,7 @@ use crate::pddl::SourceText;
 use crate::perception::ImageView;
 use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs, Watchful};
 use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
-use crate::perception::model::{Exemplar, ExemplarText, Exemplars};
+use crate::perception::model::{Exemplar, ExemplarText, Exemplars, OtherRatio};
 
 /// Endings of image files, in the order in which they are looked for.
 const IMAGE_ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
@@ -80,16 +81,33 @@ impl ExemplarFiles {
 }
 
 impl ExemplarConfig {
-    /// Reads all labelled examples of this camera set-up.
+    /// Reads all labelled examples of this camera set-up, those of other sizes scaled to that of the
+    /// first.
     ///
     /// # Errors
-    /// [`ConfigError`] naming file and field; examples of different image sizes do not go together.
+    /// [`ConfigError`] naming file and field; images of different ratios of width to height do not go
+    /// together.
     pub fn read(
         &self,
         folder: &DomainFolder,
         data: Option<&Path>,
     ) -> Result<Vec<(RgbImage, Exemplar)>, ConfigError> {
-        self.files(folder, data)?.iter().map(|files| files.read(folder)).collect()
+        let mut size = None;
+        let read = |files: &ExemplarFiles| {
+            let (picture, exemplar) = files.read(folder)?;
+            let first = *size.get_or_insert(exemplar.image_size);
+            if exemplar.image_size == first {
+                return Ok((picture, exemplar));
+            }
+            let scaled = scaled_example(&picture, &exemplar, first);
+            scaled.map_err(|other| {
+                // Here it is the first example that the others must be like.
+                let OtherRatio { example, image } = other;
+                let other = OtherRatio { example: image, image: example };
+                other.mismatch(&files.image.to_string()).into()
+            })
+        };
+        self.files(folder, data)?.iter().map(read).collect()
     }
 
     fn files(

@@ -9,6 +9,7 @@ mod camera_choice;
 mod schema;
 mod domain_folder;
 mod exemplars;
+mod scaled_examples;
 mod self_check;
 mod still_image;
 mod planner;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use image::RgbImage;
 
 use super::exemplars::view_of;
+use super::scaled_examples::{Examples, scaled_examples, size_of};
 use super::self_check::{CameraCheck, TaughtParts};
 use super::{ConfigError, DomainFolder, read_image};
 use crate::goals::ReadImage;
@@ -32,9 +33,14 @@ pub struct StillImageParts {
 /// Reads the state off single images of one camera.
 #[expect(missing_debug_implementations, reason = "parts are known by their names only")]
 pub struct StillImageReader {
-    folder: Arc<DomainFolder>,
-    examples: Arc<Vec<(RgbImage, Exemplar)>>,
-    detector_name: String,
+    parts: StillImageParts,
+    /// For images of the size that was read last.
+    sized: SizedParts,
+}
+
+/// Detector and grounder for images of one size.
+struct SizedParts {
+    examples: Examples,
     detector: Box<dyn Detector>,
     grounder: Box<dyn Grounder>,
 }
@@ -45,12 +51,25 @@ impl StillImageParts {
     /// # Errors
     /// [`ConfigError`] naming the part that cannot be made.
     pub fn reader(&self) -> Result<StillImageReader, ConfigError> {
-        Ok(StillImageReader {
-            folder: Arc::clone(&self.folder),
+        let sized = SizedParts {
             examples: Arc::clone(&self.examples),
-            detector_name: self.detector.name.clone(),
             detector: self.folder.detector(&self.detector, &self.examples)?,
             grounder: self.folder.grounder(&self.grounder, &self.examples)?,
+        };
+        Ok(StillImageReader { parts: self.clone(), sized })
+    }
+
+    /// Detector and grounder for images of a size, taught by the examples scaled to it. `name` is
+    /// that of the image.
+    fn sized(&self, name: &str, size: [u32; 2]) -> Result<SizedParts, ConfigError> {
+        let examples =
+            scaled_examples(&self.examples, size).map_err(|other| other.mismatch(name))?;
+        tracing::debug!("{name}: labelled examples are scaled to {}x{} pixels", size[0], size[1]);
+        Ok(SizedParts {
+            detector: self.folder.detector(&self.detector, &examples)?,
+            // It has said what the examples do not teach when the reader was made.
+            grounder: self.folder.silent_grounder(&self.grounder, &examples)?,
+            examples,
         })
     }
 
@@ -84,36 +103,33 @@ impl StillImageParts {
 impl StillImageReader {
     /// Warns of what the labelled examples show otherwise than labelled, where that takes little time.
     pub fn warn_of_examples(&mut self) {
+        let SizedParts { examples, detector, grounder } = &mut self.sized;
         let parts = TaughtParts {
-            detector_name: &self.detector_name,
-            detector: &mut *self.detector,
-            grounder: &*self.grounder,
+            detector_name: &self.parts.detector.name,
+            detector: &mut **detector,
+            grounder: &**grounder,
             has_depth: false,
         };
-        self.folder.warn_of_examples(MAIN_CAMERA, parts, &self.examples);
+        self.parts.folder.warn_of_examples(MAIN_CAMERA, parts, examples);
     }
 
-    /// Reads the state off an image file. Objects that `phrases` single out take the phrases as
-    /// their names.
+    /// Reads the state off an image file, in its own pixels: to an image of another size the labelled
+    /// examples are scaled. Objects that `phrases` single out take the phrases as their names.
     ///
     /// # Errors
-    /// [`ConfigError`] naming the file when it is no image or not of the exemplars' size, or what
-    /// detector or grounder say.
+    /// [`ConfigError`] naming the file when it is no image or of another ratio of width to height than
+    /// the exemplars, or what detector or grounder say.
     pub fn read(&mut self, path: &Path, phrases: &[String]) -> Result<GroundedImage, ConfigError> {
         let picture = read_image(path)?;
         let name = path.display().to_string();
-        let [width, height] = self.examples.first().map_or([0, 0], |(_, e)| e.image_size);
-        let got = [picture.width(), picture.height()];
-        if got != [width, height] {
-            let reason = format!(
-                "expected {width}x{height} pixels like the labelled example, got {}x{}",
-                got[0], got[1]
-            );
-            return Err(ConfigError::File { path: name, reason });
+        let size = [picture.width(), picture.height()];
+        if size != size_of(&self.sized.examples) {
+            self.sized = self.parts.sized(&name, size)?;
         }
-        let pipeline = self.folder.pipeline(&*self.grounder);
+        let SizedParts { detector, grounder, .. } = &mut self.sized;
+        let pipeline = self.parts.folder.pipeline(&**grounder);
         let view = view_of(&picture, &name)?;
         let nothing = GripperContent::Empty;
-        Ok(ground_image(&pipeline, &mut *self.detector, &view, phrases, &nothing)?)
+        Ok(ground_image(&pipeline, &mut **detector, &view, phrases, &nothing)?)
     }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::camera_choice::OtherCamera;
 use super::ready_detectors::ReadyDetectors;
+use super::scaled_examples::{Examples, scaled_examples, size_of};
 use super::{
     ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
     StillImageParts, environment, in_data,
@@ -14,9 +15,10 @@ use crate::actors::{ActorSpec, Checkpoint, Monitor, goal_parser, scene_parser, s
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
-use crate::hardware::RobotPort;
+use crate::hardware::{CameraPort, RobotPort};
 use crate::logic::Facts;
 use crate::messages::MAIN_CAMERA;
+use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::Grounder;
@@ -33,7 +35,7 @@ pub struct PreparedRun {
     pub config: RunConfig,
     /// Its domain.
     pub folder: Arc<DomainFolder>,
-    examples: Arc<Vec<(image::RgbImage, Exemplar)>>,
+    examples: Examples,
     others: Vec<OtherCamera>,
     skills: SkillMap,
     /// Made once: it may have looked at an image or hold a connection.
@@ -65,11 +67,13 @@ impl PreparedRun {
         let (folder, examples) = (Arc::new(folder), Arc::new(examples));
         let goal = goal_source(&config, &folder, &examples, data)?.into();
         let ready = ReadyDetectors::default();
-        let prepared = Self { config, folder, examples, others, skills, goal, ready };
+        let mut prepared = Self { config, folder, examples, others, skills, goal, ready };
         // Whatever may fail fails here, before anything starts.
+        let hardware = prepared.hardware()?;
+        prepared.scale_examples(&hardware)?;
         let grounder = prepared.grounder()?;
         prepared.planner().replanner(prepared.reference_states())?;
-        prepared.check_hardware(&prepared.hardware()?)?;
+        prepared.check_robot(&hardware.robot)?;
         prepared.make_detectors(&*grounder)?;
         Ok(prepared)
     }
@@ -105,7 +109,7 @@ impl PreparedRun {
 
     /// Width and height that frames must have.
     pub fn image_size(&self) -> [u32; 2] {
-        self.examples.first().map_or([0, 0], |(_, exemplar)| exemplar.image_size)
+        size_of(&self.examples)
     }
 
     /// A detector that labelled examples of one camera have taught.
@@ -121,7 +125,7 @@ impl PreparedRun {
     fn make_detector(
         &self,
         first: Box<dyn Detector>,
-        examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
+        examples: &Examples,
     ) -> scene_parser::MakeDetector {
         let first = Mutex::new(Some(first));
         let (this, examples) = (self.clone(), Arc::clone(examples));
@@ -191,7 +195,7 @@ impl PreparedRun {
             Ok(scene_parser::CameraArgs {
                 name: other.name.clone(),
                 detector: self.make_detector(first, &other.examples),
-                image_size: other.image_size(),
+                image_size: size_of(&other.examples),
             })
         });
         let main = scene_parser::CameraArgs {
@@ -254,34 +258,31 @@ impl PreparedRun {
         HardwarePorts::build(&self.config, &self.folder)
     }
 
-    /// Refuses cameras and robots that cannot serve this run.
-    fn check_hardware(&self, hardware: &HardwarePorts) -> Result<(), ConfigError> {
-        let value = |key: &str, expected: String, got: String| {
-            Err(ConfigError::Value { key: key.to_owned(), expected, got })
+    /// Scales the labelled examples to the frames of their cameras, where those have another size that
+    /// is known.
+    fn scale_examples(&mut self, hardware: &HardwarePorts) -> Result<(), ConfigError> {
+        let config = &self.config;
+        let fit = |name: &str, examples: &mut Examples, port: &CameraPort| {
+            let Some(size) = port.image_size else { return Ok(()) };
+            *examples = scaled_examples(examples, size)
+                .map_err(|other| other.mismatch(&config.image_size_key(name)))?;
+            Ok::<_, ConfigError>(())
         };
-        let is_sim = |choice: PartChoice| choice.name == "sim";
-        let key = |name: &str| match (is_sim(self.config.camera_choice(name)), name) {
-            (true, MAIN_CAMERA) => "sim.camera".to_owned(),
-            (true, other) => format!("sim.cameras.{other}"),
-            (false, MAIN_CAMERA) => "camera.options".to_owned(),
-            (false, other) => format!("cameras.{other}.options"),
-        };
-        let main = (MAIN_CAMERA, &hardware.camera, self.image_size());
-        let others = self.others.iter().zip(&hardware.others);
-        let others = others.map(|(o, (name, port))| (name.as_str(), port, o.image_size()));
-        for (name, port, [width, height]) in std::iter::once(main).chain(others) {
-            if let Some([got_width, got_height]) = port.image_size
-                && [got_width, got_height] != [width, height]
-            {
-                let expected = format!("the image size of the labelled examples, {width}x{height}");
-                return value(&key(name), expected, format!("{got_width}x{got_height}"));
-            }
+        fit(MAIN_CAMERA, &mut self.examples, &hardware.camera)?;
+        for (other, (name, port)) in self.others.iter_mut().zip(&hardware.others) {
+            fit(name, &mut other.examples, port)?;
         }
-        if hardware.robot.acts && self.config.robot.motion.is_none() {
-            let expected = "a table, for a robot that acts".to_owned();
-            return value("robot.motion", expected, "none".to_owned());
+        Ok(())
+    }
+
+    /// Refuses robots that cannot serve this run.
+    fn check_robot(&self, robot: &RobotPort) -> Result<(), ConfigError> {
+        if robot.acts && self.config.robot.motion.is_none() {
+            return Err(
+                Mismatch::new("robot.motion", "a table, for a robot that acts", "none").into()
+            );
         }
-        if hardware.robot.acts && self.folder.skills.is_none() {
+        if robot.acts && self.folder.skills.is_none() {
             return Err(ConfigError::File {
                 path: self.folder.files.file("skills.toml").to_string(),
                 reason: "a robot needs this file".to_owned(),
@@ -295,7 +296,7 @@ impl PreparedRun {
 fn goal_source(
     config: &RunConfig,
     folder: &Arc<DomainFolder>,
-    examples: &Arc<Vec<(image::RgbImage, Exemplar)>>,
+    examples: &Examples,
     data: Option<&Path>,
 ) -> Result<Box<dyn GoalSource>, ConfigError> {
     let parts = StillImageParts {

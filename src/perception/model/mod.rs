@@ -8,6 +8,7 @@ pub(crate) mod constraints;
 pub(crate) mod perception;
 mod exemplar;
 mod masks;
+mod scaled;
 pub(crate) mod features;
 
 pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec};
@@ -18,3 +19,4 @@ pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
 pub use features::{FEATURE_LENGTH_MAX, FEATURES, Feature, FeatureVector, Needs, feature_by_name};
 pub use object_box::ObjectBox;
 pub use perception::{Implied, ObservedSpec, Perception, Proprioceptive, When};
+pub use scaled::{OtherRatio, RATIO_OFF_MAX};
