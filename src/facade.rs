@@ -58,7 +58,8 @@ pub fn read_image(domain: &str, exemplars: &str, image: &Path) -> Result<Facts, 
     let examples = Arc::new(ExemplarConfig::in_folder(exemplars).read(&folder, None)?);
     let detector = PartChoice::new("perception.detector", "colour");
     let grounder = PartChoice::new("perception.grounder", "s2s-joint");
-    let mut reader = StillImageParts { folder, examples, detector, grounder }.reader()?;
+    let mut reader =
+        StillImageParts { folder, examples, detector, grounder, region: None }.reader()?;
     Ok(reader.read(image, &[])?.state.facts)
 }
 

@@ -23,7 +23,8 @@ fn reader(domain: &str) -> StillImageReader {
     let examples = ExemplarConfig::in_folder("sim_640x480").read(&folder, None).unwrap();
     let detector = PartChoice::new("perception.detector", "colour");
     let grounder = PartChoice::new("perception.grounder", "s2s-joint");
-    StillImageParts { folder, examples: Arc::new(examples), detector, grounder }.reader().unwrap()
+    let examples = Arc::new(examples);
+    StillImageParts { folder, examples, detector, grounder, region: None }.reader().unwrap()
 }
 
 /// A labelled picture of 640 x 480 pixels.

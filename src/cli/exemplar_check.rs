@@ -78,6 +78,7 @@ fn loose(args: &Args, domain: &Path) -> Result<CameraCheck, Failure> {
         examples: Arc::new(vec![example]),
         detector: choice("--detector", &args.detector, args.detector_options.as_deref())?,
         grounder: choice("--grounder", &args.grounder, None)?,
+        region: None,
     };
     Ok(parts.check_examples()?)
 }

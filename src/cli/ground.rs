@@ -9,11 +9,14 @@ use super::reports::{GroundReport, GroundedObject, OutsideThing, lists, steps_of
 use super::services::ServiceArgs;
 use super::{Failure, exit, out};
 use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
+use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartContext;
-use crate::perception::{GroundedImage, Outside, phrase_of_name};
+use crate::perception::{GroundedImage, ImageRegion, NoImageRegion, Outside, phrase_of_name};
 use crate::planners::{NO_COSTS, PlanQuery};
 use crate::planning::{Budget, NO_PENALTIES, Outcome, PlanRequest};
-use crate::run::{ConfigError, DomainFolder, ExemplarFiles, StillImageParts, environment};
+use crate::run::{
+    ConfigError, DomainFolder, ExemplarFiles, StillImageParts, environment, region_at,
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -32,6 +35,9 @@ pub(super) struct Args {
     /// The labelled example's state: a PDDL problem.
     #[arg(long, value_name = "FILE")]
     exemplar_state: PathBuf,
+    /// The part of the image in which objects can be, in shares of width and height from 0 to 1.
+    #[arg(long, value_name = "X1,Y1,X2,Y2", value_delimiter = ',', allow_hyphen_values = true)]
+    region: Vec<f64>,
     /// The goal in words.
     #[arg(long, value_name = "TEXT", conflicts_with_all = ["goal", "goal_image"])]
     instruction: Option<String>,
@@ -81,6 +87,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         detector: choice("--detector", &args.detector, options)?
             .with_answers(args.services.answers()),
         grounder: choice("--grounder", &args.grounder, None)?,
+        region: region(&args.region)?,
     };
     let mut reader = parts.reader()?;
     reader.warn_of_examples();
@@ -95,6 +102,16 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let outcome = goal.as_ref().map(|goal| solve(args, &folder, &grounded, goal)).transpose()?;
     report(args, &grounded, goal.as_ref(), outcome.as_ref())?;
     Ok(outcome.as_ref().map_or(0, exit::of))
+}
+
+/// The region of the flag, if it is given.
+fn region(edges: &[f64]) -> Result<Option<ImageRegion>, Failure> {
+    let flag = "--region";
+    match *edges {
+        [] => Ok(None),
+        [x1, y1, x2, y2] => Ok(Some(region_at(flag, [x1, y1, x2, y2]).map_err(ConfigError::from)?)),
+        _ => Err(ConfigError::from(Mismatch::new(flag, NoImageRegion, listed(edges))).into()),
+    }
 }
 
 fn read_goal(
@@ -172,6 +189,7 @@ fn report(
             label: thing.detection.label.to_string(),
             type_name: thing.detection.type_name.to_string(),
             pixel_box: thing.detection.pixel_box.into(),
+            reason: thing.reason.to_string(),
         });
         return out::json(&GroundReport {
             objects: objects.collect(),
@@ -190,10 +208,10 @@ fn report(
         let place = format!("{x1:.0} {y1:.0} {x2:.0} {y2:.0}");
         out::line(&format!("object  {:20} {:8} {place}", object.name, object.type_name));
     }
-    for Outside { detection: thing, .. } in &grounded.named.detections.outside {
+    for Outside { detection: thing, reason, .. } in &grounded.named.detections.outside {
         let [x1, y1, x2, y2]: [f64; 4] = thing.pixel_box.into();
         let place = format!("{x1:.0} {y1:.0} {x2:.0} {y2:.0}");
-        out::line(&format!("outside {:20} {:8} {place}", thing.label, thing.type_name));
+        out::line(&format!("outside {:20} {:8} {place}: {reason}", thing.label, thing.type_name));
     }
     grounded.state.facts.known.iter().for_each(|atom| out::line(&format!("fact    {atom}")));
     grounded.state.facts.unknown.iter().for_each(|atom| out::line(&format!("unknown {atom}")));

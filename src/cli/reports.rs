@@ -92,6 +92,8 @@ pub(super) struct OutsideThing {
     /// Left, upper, right and lower edge in pixels.
     #[serde(rename = "box")]
     pub(super) pixel_box: [f64; 4],
+    /// Why it is no object.
+    pub(super) reason: String,
 }
 
 /// Output of `groundloop ground --json`.

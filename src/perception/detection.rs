@@ -1,5 +1,7 @@
 //! One detected object, from the pixels to the name that the goal gives it.
 
+use std::fmt;
+
 use super::model::ObjectBox;
 use super::{BoxEstimate, Unexplained};
 use crate::geometry::{Mask, MaskRun, PixelBox};
@@ -15,7 +17,7 @@ pub struct Detections {
     pub phrases: Vec<PhraseBox>,
     /// Things that are no objects and that no labelled picture shows, in a fixed order.
     pub unexplained: Vec<Unexplained>,
-    /// What looks like an object and stands elsewhere than the labelled ones: not an object.
+    /// What looks like an object and is none because of where it is.
     pub outside: Vec<Outside>,
 }
 
@@ -26,13 +28,41 @@ pub struct Outside {
     pub at: usize,
     /// What it looks like.
     pub detection: Detection,
+    /// Why it is no object.
+    pub reason: OutsideReason,
+}
+
+/// Why something that looks like an object is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutsideReason {
+    /// It rests on nothing, far from where the labelled objects stand.
+    Elsewhere,
+    /// It stands beside all fixtures.
+    BesideFixtures,
+    /// Its middle is not in the part of the image in which people say that objects can be.
+    Region,
+}
+
+impl fmt::Display for OutsideReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Elsewhere => "elsewhere than the labelled objects",
+            Self::BesideFixtures => "beside all fixtures",
+            Self::Region => "outside the region",
+        })
+    }
 }
 
 impl Detections {
-    /// Takes what is outside for objects after all.
+    /// Takes what is outside for objects after all, except for what people have left out.
     pub fn take_back_outside(&mut self) {
-        for Outside { at, detection } in self.outside.drain(..) {
-            self.objects.insert(at.min(self.objects.len()), detection);
+        for outside in std::mem::take(&mut self.outside) {
+            match outside.reason {
+                OutsideReason::Region => self.outside.push(outside),
+                OutsideReason::Elsewhere | OutsideReason::BesideFixtures => {
+                    self.objects.insert(outside.at.min(self.objects.len()), outside.detection);
+                }
+            }
         }
     }
 }

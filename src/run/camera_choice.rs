@@ -4,8 +4,9 @@ use super::scaled_examples::Examples;
 use super::{ConfigError, ExemplarConfig, RunConfig};
 use crate::clock::ClockKind;
 use crate::messages::MAIN_CAMERA;
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartChoice;
+use crate::perception::ImageRegion;
 use crate::settings::near_hint;
 
 /// Another camera of a run, with what its detector learns from.
@@ -13,6 +14,11 @@ use crate::settings::near_hint;
 pub(super) struct OtherCamera {
     pub(super) name: String,
     pub(super) examples: Examples,
+}
+
+/// The region of these edges; `at` is where they are written.
+pub(crate) fn region_at(at: &str, edges: [f64; 4]) -> Result<ImageRegion, Mismatch> {
+    ImageRegion::new(edges).map_err(|expected| Mismatch::new(at, expected, listed(edges)))
 }
 
 /// Longest name of a camera: part of the name of a topic.
@@ -42,6 +48,18 @@ impl RunConfig {
             }
             None => choice("camera.kind", &self.camera.kind, self.camera.options.as_ref()),
         }
+    }
+
+    /// The part of a camera's image in which objects can be.
+    ///
+    /// # Errors
+    /// [`ConfigError::Mismatch`] with the key.
+    pub(super) fn region_of(&self, name: &str) -> Result<Option<ImageRegion>, ConfigError> {
+        let (key, edges) = match self.cameras.get(name) {
+            Some(camera) => (format!("cameras.{name}.region"), camera.region),
+            None => ("camera.region".to_owned(), self.camera.region),
+        };
+        Ok(edges.map(|edges| region_at(&key, edges)).transpose()?)
     }
 
     /// The key that says how large the images of a camera are.
@@ -90,6 +108,9 @@ impl RunConfig {
                 let got = format!("\"{kind}\"");
                 found.push(Mismatch::new(format!("{key}.kind"), expected, got));
             }
+            found.extend(
+                camera.region.and_then(|edges| region_at(&format!("{key}.region"), edges).err()),
+            );
             let exemplar = camera.exemplar.as_ref();
             let key = format!("{key}.exemplar");
             found.extend(exemplar.and_then(|exemplar| exemplar.mismatch(&key)));
@@ -103,6 +124,7 @@ impl RunConfig {
                 found.push(Mismatch::new(format!("sim.cameras.{name}"), expected, got));
             }
         }
+        found.extend(self.camera.region.and_then(|edges| region_at("camera.region", edges).err()));
         let skew_ms_max = self.camera.skew_ms_max;
         if !(skew_ms_max.is_finite() && skew_ms_max >= 0.0) {
             let expected = "a number, 0 or more";

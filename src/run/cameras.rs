@@ -14,6 +14,9 @@ pub struct CameraConfig {
     /// The options of the camera.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
+    /// The part of the image in which objects can be: left, upper, right and lower edge in shares of width
+    /// and height, 0 to 1. Without the key the whole image.
+    pub region: Option<[f64; 4]>,
     /// Frames per second.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_hz: f64,
@@ -35,6 +38,8 @@ pub struct OtherCameraConfig {
     /// The options of this camera.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
+    /// The part of its image in which objects can be, as in `[camera]`. Without the key the whole image.
+    pub region: Option<[f64; 4]>,
     /// The labelled examples of this camera: a folder, or one image with its boxes and state. Without
     /// the key those of `[perception.exemplar]`.
     pub exemplar: Option<ExemplarConfig>,

@@ -10,10 +10,10 @@ use crate::files::{FileRef, Folder};
 use crate::hardware::file::decode_rgb;
 use crate::parts::{PartChoice, PartContext};
 use crate::pddl::SourceText;
-use crate::perception::ImageView;
 use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs, Watchful};
 use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
 use crate::perception::model::{Exemplar, ExemplarText, Exemplars, OtherRatio};
+use crate::perception::{ImageRegion, ImageView};
 
 /// Endings of image files, in the order in which they are looked for.
 const IMAGE_ENDINGS: [&str; 3] = ["png", "jpg", "jpeg"];
@@ -179,9 +179,23 @@ impl DomainFolder {
         choice: &PartChoice,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
+        self.detector_within(None, choice, examples)
+    }
+
+    /// The same for a part of the image.
+    ///
+    /// # Errors
+    /// As [`DomainFolder::detector`].
+    pub fn detector_within(
+        &self,
+        region: Option<ImageRegion>,
+        choice: &PartChoice,
+        examples: &[(RgbImage, Exemplar)],
+    ) -> Result<Box<dyn Detector>, ConfigError> {
         let inputs = DetectorInputs { domain: &self.domain, perception: &self.perception };
         let inner = DETECTORS.build(&PartContext { choice, inputs, environment })?;
-        let mut detector: Box<dyn Detector> = Box::new(Watchful::new(inner, &self.perception));
+        let mut detector: Box<dyn Detector> =
+            Box::new(Watchful::new(inner, &self.perception).within(region));
         for (picture, exemplar) in examples {
             detector.learn(&view_of(picture, &exemplar.name)?, &exemplar.objects)?;
         }

@@ -22,6 +22,7 @@ mod episode;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use camera_choice::region_at;
 pub use cameras::{CameraConfig, ExemplarConfig, OtherCameraConfig};
 pub use domain_folder::DomainFolder;
 pub use episode::{Episode, EpisodeOptions, run_episode};

@@ -130,7 +130,11 @@ impl RunConfig {
         let cameras = std::iter::once(MAIN_CAMERA).chain(others.map(String::as_str));
         let checks = cameras.map(|camera| {
             let examples = self.exemplar_of(camera).read(&folder, data)?;
-            let mut detector = folder.detector(&self.detector_choice(), &examples)?;
+            let mut detector = folder.detector_within(
+                self.region_of(camera)?,
+                &self.detector_choice(),
+                &examples,
+            )?;
             let grounder = folder.silent_grounder(&self.grounder_choice(), &examples)?;
             let parts = self.taught_parts(&mut *detector, &*grounder);
             let findings = folder.try_examples(parts, &examples)?;

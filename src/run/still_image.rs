@@ -15,7 +15,7 @@ use crate::parts::PartChoice;
 use crate::perception::detectors::Detector;
 use crate::perception::grounders::Grounder;
 use crate::perception::model::Exemplar;
-use crate::perception::{GripperContent, GroundedImage, ground_image};
+use crate::perception::{GripperContent, GroundedImage, ImageRegion, ground_image};
 
 /// The parts that read single images of one camera.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ pub struct StillImageParts {
     pub detector: PartChoice,
     /// What judges the facts.
     pub grounder: PartChoice,
+    /// The part of the image in which objects can be; `None`: the whole image.
+    pub region: Option<ImageRegion>,
 }
 
 /// Reads the state off single images of one camera.
@@ -53,7 +55,7 @@ impl StillImageParts {
     pub fn reader(&self) -> Result<StillImageReader, ConfigError> {
         let sized = SizedParts {
             examples: Arc::clone(&self.examples),
-            detector: self.folder.detector(&self.detector, &self.examples)?,
+            detector: self.folder.detector_within(self.region, &self.detector, &self.examples)?,
             grounder: self.folder.grounder(&self.grounder, &self.examples)?,
         };
         Ok(StillImageReader { parts: self.clone(), sized })
@@ -66,7 +68,7 @@ impl StillImageParts {
             scaled_examples(&self.examples, size).map_err(|other| other.mismatch(name))?;
         tracing::debug!("{name}: labelled examples are scaled to {}x{} pixels", size[0], size[1]);
         Ok(SizedParts {
-            detector: self.folder.detector(&self.detector, &examples)?,
+            detector: self.folder.detector_within(self.region, &self.detector, &examples)?,
             // It has said what the examples do not teach when the reader was made.
             grounder: self.folder.silent_grounder(&self.grounder, &examples)?,
             examples,
@@ -79,7 +81,7 @@ impl StillImageParts {
     /// [`ConfigError`] naming the part that cannot be made, or what detector or grounder say.
     pub fn check_examples(&self) -> Result<CameraCheck, ConfigError> {
         let Self { folder, examples, .. } = self;
-        let mut detector = folder.detector(&self.detector, examples)?;
+        let mut detector = folder.detector_within(self.region, &self.detector, examples)?;
         let grounder = folder.silent_grounder(&self.grounder, examples)?;
         let parts = TaughtParts {
             detector_name: &self.detector.name,

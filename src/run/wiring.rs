@@ -81,12 +81,12 @@ impl PreparedRun {
     /// Makes the detector of every camera for the first episode, and warns of examples that it does
     /// not read as they are labelled.
     fn make_detectors(&self, grounder: &dyn Grounder) -> Result<(), ConfigError> {
-        let mut detector = self.detector(&self.examples)?;
+        let mut detector = self.detector(MAIN_CAMERA, &self.examples)?;
         let parts = self.config.taught_parts(&mut *detector, grounder);
         self.folder.warn_of_examples(MAIN_CAMERA, parts, &self.examples);
         self.ready.put(MAIN_CAMERA, detector);
         for OtherCamera { name, examples } in &self.others {
-            let mut detector = self.detector(examples)?;
+            let mut detector = self.detector(name, examples)?;
             if self.config.has_own_examples(name) {
                 let choice = self.config.grounder_choice();
                 let grounder = self.folder.silent_grounder(&choice, examples)?;
@@ -104,7 +104,7 @@ impl PreparedRun {
         camera: &str,
         examples: &[(image::RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
-        self.ready.take(camera).map_or_else(|| self.detector(examples), Ok)
+        self.ready.take(camera).map_or_else(|| self.detector(camera, examples), Ok)
     }
 
     /// Width and height that frames must have.
@@ -115,23 +115,27 @@ impl PreparedRun {
     /// A detector that labelled examples of one camera have taught.
     fn detector(
         &self,
+        camera: &str,
         examples: &[(image::RgbImage, Exemplar)],
     ) -> Result<Box<dyn Detector>, ConfigError> {
-        self.folder.detector(&self.config.detector_choice(), examples)
+        let (region, choice) = (self.config.region_of(camera)?, self.config.detector_choice());
+        self.folder.detector_within(region, &choice, examples)
     }
 
     /// What makes the detector of one camera: the first one is made here, before anything starts, so
     /// that no frame waits for its tables.
     fn make_detector(
         &self,
+        camera: &str,
         first: Box<dyn Detector>,
         examples: &Examples,
     ) -> scene_parser::MakeDetector {
         let first = Mutex::new(Some(first));
-        let (this, examples) = (self.clone(), Arc::clone(examples));
+        let (this, camera) = (self.clone(), camera.to_owned());
+        let examples = Arc::clone(examples);
         Arc::new(move || {
             let first = first.lock().unwrap_or_else(PoisonError::into_inner).take();
-            first.map_or_else(|| this.detector(&examples).map_err(|e| e.to_string()), Ok)
+            first.map_or_else(|| this.detector(&camera, &examples).map_err(|e| e.to_string()), Ok)
         })
     }
 
@@ -194,13 +198,13 @@ impl PreparedRun {
             let first = self.ready_detector(&other.name, &other.examples)?;
             Ok(scene_parser::CameraArgs {
                 name: other.name.clone(),
-                detector: self.make_detector(first, &other.examples),
+                detector: self.make_detector(&other.name, first, &other.examples),
                 image_size: size_of(&other.examples),
             })
         });
         let main = scene_parser::CameraArgs {
             name: MAIN_CAMERA.to_owned(),
-            detector: self.make_detector(first, &self.examples),
+            detector: self.make_detector(MAIN_CAMERA, first, &self.examples),
             image_size: self.image_size(),
         };
         let cameras = std::iter::once(Ok(main)).chain(others);
@@ -304,6 +308,7 @@ fn goal_source(
         examples: Arc::clone(examples),
         detector: config.detector_choice(),
         grounder: config.grounder_choice(),
+        region: config.region_of(MAIN_CAMERA)?,
     };
     let GoalConfig { kind, text, options } = &config.goal;
     let choice = PartChoice::new("goal.kind", kind)

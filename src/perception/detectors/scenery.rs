@@ -284,7 +284,8 @@ fn cell(rgb: [u8; 3]) -> usize {
     r << (2 * BITS) | g << BITS | b
 }
 
-fn contains(b: &PixelBox, (x, y): (f64, f64)) -> bool {
+/// Whether a place lies in a box.
+pub(super) fn contains(b: &PixelBox, (x, y): (f64, f64)) -> bool {
     b.x1 <= x && x < b.x2 && b.y1 <= y && y < b.y2
 }
 

@@ -1,13 +1,17 @@
 //! What surrounds every detector: things that no object explains, and objects that stand elsewhere
 //! than the labelled ones.
 
+use std::collections::BTreeMap;
+
 use super::light::Normaliser;
-use super::scenery::Scenery;
+use super::scenery::{Scenery, contains};
 use super::{Detector, DetectorError};
 use crate::geometry::PixelBox;
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception};
-use crate::perception::{Detection, Detections, ImageView, Outside, UsualSizes};
+use crate::perception::{
+    Detection, Detections, ImageRegion, ImageView, Outside, OutsideReason, Unexplained, UsualSizes,
+};
 
 /// A detector with an eye on what it leaves out.
 pub struct Watchful {
@@ -18,6 +22,8 @@ pub struct Watchful {
     sizes: UsualSizes,
     scenery: Scenery,
     normaliser: Normaliser,
+    /// Where objects can be, if people say so.
+    region: Option<ImageRegion>,
 }
 
 impl Watchful {
@@ -26,23 +32,30 @@ impl Watchful {
         let listed = perception.types.iter().filter(|spec| !spec.naming.list.is_empty());
         let fixtures = listed.map(|spec| (spec.name.clone(), spec.naming.list.len())).collect();
         let (scenery, normaliser) = (Scenery::default(), Normaliser::default());
-        Self { inner, fixtures, sizes: UsualSizes::default(), scenery, normaliser }
+        let sizes = UsualSizes::default();
+        Self { inner, fixtures, sizes, scenery, normaliser, region: None }
+    }
+
+    /// Looks for objects in this part of the image only.
+    #[must_use]
+    pub fn within(self, region: Option<ImageRegion>) -> Self {
+        Self { region, ..self }
     }
 
     /// Moves what stands elsewhere than objects do to `outside`.
     fn leave_out(&self, found: &mut Detections, image_height: usize) {
         let objects = boxes(&found.objects);
-        let mut outside = self.scenery.outside(&objects, image_height);
+        let elsewhere = self.scenery.outside(&objects, image_height).into_iter();
+        let mut outside: BTreeMap<usize, OutsideReason> =
+            elsewhere.map(|at| (at, OutsideReason::Elsewhere)).collect();
         if let Some([left, right]) = self.between_fixtures(found) {
             let is_beside = |b: &PixelBox| !(left..=right).contains(&b.centre().0);
             let beside = objects.iter().enumerate().filter(|(_, b)| is_beside(b));
-            outside.extend(beside.map(|(at, _)| at));
+            for (at, _) in beside {
+                outside.entry(at).or_insert(OutsideReason::BesideFixtures);
+            }
         }
-        outside.sort_unstable();
-        outside.dedup();
-        for at in outside.into_iter().rev() {
-            found.outside.insert(0, Outside { at, detection: found.objects.remove(at) });
-        }
+        move_outside(found, outside);
     }
 
     /// The columns in which objects can be, where all fixtures are seen: between them, or on them.
@@ -60,6 +73,29 @@ impl Watchful {
         let reach = found.objects.iter().map(|d| d.pixel_box.width()).fold(0.0, f64::max);
         hull.map(|b| [b.x1 - reach / 2.0, b.x2 + reach / 2.0])
     }
+}
+
+/// Moves out what has its middle outside the region, and forgets phrases that lead there.
+fn leave_out_of(region: &PixelBox, found: &mut Detections) {
+    let is_in = |b: &PixelBox| contains(region, b.centre());
+    let places = found.objects.iter().enumerate();
+    let outside = places.filter(|(_, detection)| !is_in(&detection.pixel_box));
+    let outside = outside.map(|(at, _)| (at, OutsideReason::Region)).collect();
+    move_outside(found, outside);
+    found.phrases.retain(|phrase| is_in(&phrase.pixel_box));
+}
+
+/// Moves objects to `outside`, by their places.
+fn move_outside(found: &mut Detections, places: BTreeMap<usize, OutsideReason>) {
+    for (at, reason) in places.into_iter().rev() {
+        let detection = found.objects.remove(at);
+        found.outside.insert(0, Outside { at, detection, reason });
+    }
+}
+
+/// Whether a thing reaches into a part of the image: there it may hide something.
+fn reaches(thing: &Unexplained, region: &PixelBox) -> bool {
+    thing.stripes.iter().any(|stripe| stripe.intersection(region).is_valid())
 }
 
 fn boxes(found: &[Detection]) -> Vec<PixelBox> {
@@ -86,6 +122,10 @@ impl Detector for Watchful {
         phrases: &[String],
     ) -> Result<Detections, DetectorError> {
         let mut found = self.inner.detect(image, phrases)?;
+        let region = self.region.map(|region| region.pixels(image.width(), image.height()));
+        if let Some(region) = &region {
+            leave_out_of(region, &mut found);
+        }
         if self.scenery.is_empty() {
             return Ok(found);
         }
@@ -110,6 +150,9 @@ impl Detector for Watchful {
         if !parts.is_empty() {
             parts.into_iter().rev().for_each(|at| drop(found.objects.remove(at)));
             found.unexplained = things(&found);
+        }
+        if let Some(region) = &region {
+            found.unexplained.retain(|thing| reaches(thing, region));
         }
         Ok(found)
     }
@@ -206,6 +249,23 @@ mod tests {
         let [thing] = &found.unexplained[..] else { panic!("{:?}", found.unexplained) };
         assert!(thing.may_hide && thing.place.x1 < 195.0 && thing.place.y1 < 155.0, "{thing:?}");
         assert!(!thing.is_near(&found.objects[0].pixel_box));
+    }
+
+    /// What reaches into the region may hide something there; what does not is none of its business.
+    #[test]
+    fn things_that_do_not_reach_into_the_region_are_not_told() {
+        let mut canvas = blocks(CLOTH);
+        canvas.fill([240, 20, 310, 80], SKIN);
+        let n_things = |region: [f64; 4]| {
+            let region = ImageRegion::new(region).unwrap();
+            let watchful = taught(BLOCKS, &blocks(CLOTH), &BLOCK_LABELS);
+            let found = watchful.within(Some(region)).detect(&canvas.view(), &[]).unwrap();
+            assert_eq!(labels(&found.objects), ["blue", "red", "yellow"]);
+            found.unexplained.len()
+        };
+        assert_eq!(n_things([0.0, 0.0, 1.0, 1.0]), 1);
+        assert_eq!(n_things([0.0, 0.25, 1.0, 1.0]), 1, "a quarter of the thing is in it");
+        assert_eq!(n_things([0.0, 0.4, 1.0, 1.0]), 0);
     }
 
     #[test]

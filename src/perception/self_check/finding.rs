@@ -127,6 +127,8 @@ pub enum NotFoundReason {
     },
     /// It stands far from all others, or beside all fixtures.
     Outside,
+    /// It lies outside the part of the image in which people say that objects can be.
+    OutsideRegion,
     /// One detection covers it together with another labelled object.
     Merged {
         /// The other one.
@@ -320,6 +322,9 @@ impl Display for NotFoundReason {
                 f,
                 "it stands elsewhere than the other labelled objects: label another picture with \
                  objects there, or leave it out"
+            ),
+            Self::OutsideRegion => f.write_str(
+                "its middle lies outside the region of the camera: enlarge that, or leave it out",
             ),
             Self::Merged { with } => write!(
                 f,

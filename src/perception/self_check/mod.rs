@@ -20,7 +20,7 @@ pub use finding::{BoxOrigin, ExemplarFinding, FindingKind, Label, NotFoundReason
 
 use super::detectors::Detector;
 use super::model::{Exemplar, ObjectBox, TypeSpec};
-use super::{Detection, Detections, ImageView, Pipeline, StillError, label_of};
+use super::{Detection, Detections, ImageView, OutsideReason, Pipeline, StillError, label_of};
 use colours::ColourProbe;
 use matching::{Matched, matched};
 
@@ -128,8 +128,11 @@ impl SelfCheck<'_> {
         let overlaps =
             |b: &crate::geometry::PixelBox| b.iou(&object.pixel_box) >= matching::IOU_SAME_MIN;
         let mut outside = detections.outside.iter();
-        if outside.any(|thing| overlaps(&thing.detection.pixel_box)) {
-            return Ok(NotFoundReason::Outside);
+        if let Some(thing) = outside.find(|thing| overlaps(&thing.detection.pixel_box)) {
+            return Ok(match thing.reason {
+                OutsideReason::Region => NotFoundReason::OutsideRegion,
+                OutsideReason::Elsewhere | OutsideReason::BesideFixtures => NotFoundReason::Outside,
+            });
         }
         let spec = self.pipeline.perception.type_spec(&object.type_name);
         let Some(spec) = spec else { return Ok(NotFoundReason::NoLook) };
