@@ -10,6 +10,7 @@ use rapier3d::prelude::{
 
 use crate::config::WorldConfig;
 use crate::convert;
+use crate::scene::{SceneError, SceneSpec};
 use crate::shape::Shape;
 
 /// Half the side of the square table top, in metres: larger than anything can roll.
@@ -19,6 +20,9 @@ const PEG_CORNERS: usize = 16;
 /// Height of a peg's tapered tip and the share of the radius that is left at its top.
 const TIP_M: f64 = 0.012;
 const TIP_SHARE: f64 = 0.3;
+
+/// Deepest overlap a starting arrangement may have, in metres.
+const OVERLAP_MAX_M: f64 = 0.0003;
 
 /// What a part meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,4 +157,27 @@ pub(crate) fn overlap_m(
         }
     }
     deepest
+}
+
+/// Refuses a start with bodies inside each other. Fixed bodies may share space with a board.
+pub(crate) fn check_overlaps(spec: &SceneSpec, poses: &[Isometry3<f64>]) -> Result<(), SceneError> {
+    let is_board = |idx: usize| spec.bodies[idx].shape.kind() == "board";
+    for second in 0..poses.len() {
+        for first in 0..second {
+            let (a, b) = (&spec.bodies[first], &spec.bodies[second]);
+            let both_fixed = a.shape.is_fixed() && b.shape.is_fixed();
+            if both_fixed && (is_board(first) || is_board(second)) {
+                continue;
+            }
+            let depth_m = overlap_m((&a.shape, &poses[first]), (&b.shape, &poses[second]));
+            if depth_m > OVERLAP_MAX_M {
+                return Err(SceneError::Overlap {
+                    first: a.name.clone(),
+                    second: b.name.clone(),
+                    depth_mm: depth_m * 1000.0,
+                });
+            }
+        }
+    }
+    Ok(())
 }

@@ -45,7 +45,7 @@ impl Drawable {
 /// The fixed and the moving things of a world. Ids of bodies are 1 + their place in the scene.
 pub(crate) fn of(world: &World) -> [Vec<Drawable>; 2] {
     let (mut fixed, mut moving) = (Vec::new(), Vec::new());
-    for (id, body) in (1_u16..).zip(world.bodies()) {
+    for (id, body) in (1_u16..).zip(world.bodies()).filter(|(_, body)| !body.is_out) {
         let drawable = Drawable {
             geometry: Geometry::Body(body.spec.shape),
             world_from_body: body.world_from_body,

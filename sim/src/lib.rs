@@ -5,7 +5,7 @@
 //!  SceneSpec + WorldConfig + seed
 //!               │
 //!               ▼          GripperCommand ──▶ command      advance_to(time_ns)
-//!             World ◀───── FaultAction ─────▶ apply_fault
+//!             World ◀───── WorldFault ─────▶ apply_fault
 //!               │
 //!               ├──▶ gripper()   what the gripper's own sensors tell
 //!               ├──▶ Renderer::render(camera, seed)   colour, depth and ids: a Frame
@@ -84,7 +84,7 @@ mod render;
 pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, Mount, NoiseSpec};
 pub use config::{STEPS_PER_SECOND, WorldConfig};
 pub use drawables::GRIPPER_ID;
-pub use faults::{FaultAction, FaultError};
+pub use faults::{FaultError, WorldFault};
 pub use gripper::{
     ACCELERATION_MAX_M_S2, CommandError, GripperCommand, GripperState, OPENING_MAX_M,
     SPEED_MAX_M_S, WORKSPACE_M,

@@ -1,4 +1,4 @@
-//! A push that is repeated, harder each time, until its object is off what it stood on.
+//! A push that is repeated, harder each time, until its objects are off what they stood on.
 
 use nalgebra::Vector3;
 
@@ -10,13 +10,13 @@ const PUSH_SPEED_M_S: f64 = 0.62;
 /// How much faster each further push is.
 const PUSH_GROWTH: f64 = 1.25;
 
+/// A body, what it is to be pushed off (nothing: it only goes along), and its share of the speed.
+type Pushed = (usize, Option<usize>, f64);
+
 /// A push under way.
 #[derive(Debug, Clone)]
 pub(crate) struct Push {
-    /// The object and what stands on it.
-    pub(crate) group: Vec<usize>,
-    /// What the object stood on.
-    from: usize,
+    group: Vec<Pushed>,
     direction: Vector3<f64>,
     speed_m_s: f64,
     n_left: u32,
@@ -24,20 +24,20 @@ pub(crate) struct Push {
 }
 
 impl Push {
-    /// The first push of a group of bodies off the body `from`; `size_m` is the object's edge length.
-    pub(crate) fn new(
-        group: Vec<usize>,
-        from: usize,
-        direction: Vector3<f64>,
-        size_m: f64,
-    ) -> Self {
+    /// The first push of a group of bodies; `size_m` is the edge length of what is pushed.
+    pub(crate) fn new(group: Vec<Pushed>, direction: Vector3<f64>, size_m: f64) -> Self {
         let speed_m_s = PUSH_SPEED_M_S * (size_m / 0.05).sqrt();
-        Self { group, from, direction, speed_m_s, n_left: PUSHES_MAX, steps_left: PUSH_STEPS }
+        Self { group, direction, speed_m_s, n_left: PUSHES_MAX, steps_left: PUSH_STEPS }
+    }
+
+    /// The bodies that are pushed.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = usize> {
+        self.group.iter().map(|(idx, ..)| *idx)
     }
 
     /// Change of velocity that it gives to each body, in metres per second.
-    pub(crate) fn change_m_s(&self) -> Vector3<f64> {
-        self.direction * self.speed_m_s
+    pub(crate) fn changes_m_s(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        self.group.iter().map(|(idx, _, share)| (*idx, self.direction * self.speed_m_s * *share))
     }
 
     /// Counts one step down; whether a decision is due: push again, or be done.
@@ -46,10 +46,12 @@ impl Push {
         self.steps_left == 0
     }
 
-    /// Decides what a due push does, given what its object stands on now; whether it is to be given
+    /// Decides what a due push does, given what each object stands on now; whether it is to be given
     /// again.
-    pub(crate) fn renew(&mut self, on: Option<usize>) -> bool {
-        let fallen = on != Some(self.from);
+    pub(crate) fn renew(&mut self, on: &dyn Fn(usize) -> Option<usize>) -> bool {
+        let stands = |(idx, from, _): &Pushed| from.is_some_and(|from| on(*idx) == Some(from));
+        let fallen = !self.group.iter().any(stands);
+        self.group.retain(|pushed| pushed.1.is_none() || stands(pushed));
         self.n_left = if fallen { 0 } else { self.n_left - 1 };
         if self.n_left > 0 {
             self.steps_left = PUSH_STEPS;

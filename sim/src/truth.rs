@@ -15,7 +15,7 @@ const TOLERANCE_M: f64 = 0.005;
 /// The true state of every body, in the order of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
-    /// Every body.
+    /// Every body that is in the world.
     pub bodies: Vec<BodyTruth>,
 }
 
@@ -79,7 +79,8 @@ impl World {
                 clear: supports.iter().all(|other| other.on != Some(idx)),
             }
         };
-        Truth { bodies: supports.iter().enumerate().map(describe).collect() }
+        let there = supports.iter().enumerate().filter(|(idx, _)| !self.bodies[*idx].is_out);
+        Truth { bodies: there.map(describe).collect() }
     }
 
     /// Names of bodies that differ in nothing but name and place, in groups of two and more. What is
@@ -105,7 +106,7 @@ impl World {
     pub(crate) fn support(&self, idx: usize) -> Support {
         let view = self.view(idx);
         let (shape, pose) = (&view.spec.shape, &view.world_from_body);
-        if shape.is_fixed() {
+        if shape.is_fixed() || view.is_out {
             return Support::default();
         }
         let peg = (0..self.bodies.len()).find(|&other| self.is_around(shape, pose, other));

@@ -10,10 +10,10 @@ use rapier3d::prelude::{
 use crate::bodies;
 use crate::config::{STEPS_PER_SECOND, WorldConfig};
 use crate::convert;
+use crate::faults::UnderWay;
 use crate::grasp::{self, Span};
 use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
 use crate::layout;
-use crate::push::Push;
 use crate::random::Random;
 use crate::scene::{BodySpec, SceneError, SceneSpec};
 
@@ -35,8 +35,6 @@ const SLIP_M: f64 = 0.012;
 const RELEASE_M: f64 = 0.002;
 /// Loss of turning speed, for the rolling resistance that rigid contacts lack.
 const ANGULAR_DAMPING_PER_S: f32 = 1.5;
-/// Deepest overlap a starting arrangement may have, in metres.
-const OVERLAP_MAX_M: f64 = 0.0003;
 const SETTLE_SECONDS_MAX: u64 = 4;
 /// A body slower than this is at rest (`ManiSkill` uses 0.01 m/s and 0.5 rad/s).
 const STILL_M_S: f64 = 0.01;
@@ -57,6 +55,8 @@ pub(crate) struct Grip {
 #[derive(Debug, Clone)]
 pub(crate) struct Body {
     pub(crate) spec: BodySpec,
+    /// Taken out of the world: it meets nothing and is not seen.
+    pub(crate) is_out: bool,
     handle: RigidBodyHandle,
 }
 
@@ -72,7 +72,9 @@ pub struct World {
     gripper_handle: RigidBodyHandle,
     pub(crate) grip: Option<Grip>,
     pub(crate) random: Random,
-    pub(crate) pushes: Vec<Push>,
+    pub(crate) under_way: UnderWay,
+    /// Closing jaws take hold of nothing, until they open again.
+    pub(crate) slippery: bool,
     n_steps: u64,
     seed: u64,
 }
@@ -90,6 +92,8 @@ pub struct BodyView<'a> {
     pub still: bool,
     /// Whether the gripper holds it.
     pub held: bool,
+    /// Whether a fault has taken it out of the world: it meets nothing and is not seen.
+    pub is_out: bool,
 }
 
 impl World {
@@ -99,7 +103,7 @@ impl World {
     /// [`SceneError`] when the scene is not sound, two bodies overlap or it does not come to rest.
     pub fn new(spec: &SceneSpec, config: &WorldConfig, seed: u64) -> Result<Self, SceneError> {
         let poses = layout::place(spec, seed)?;
-        check_overlaps(spec, &poses)?;
+        bodies::check_overlaps(spec, &poses)?;
         let mut physics = empty_physics(config);
         let gripper = Gripper::at(config.gripper_home);
         let kinematic = RigidBodyBuilder::kinematic_position_based();
@@ -112,7 +116,7 @@ impl World {
             for collider in bodies::colliders(&body.shape, config) {
                 physics.insert_collider(collider, Some(handle));
             }
-            Body { spec: body.clone(), handle }
+            Body { spec: body.clone(), is_out: false, handle }
         };
         let bodies = spec.bodies.iter().zip(&poses).map(&mut insert).collect();
         let mut world = Self {
@@ -123,7 +127,8 @@ impl World {
             gripper_handle,
             grip: None,
             random: Random::new(seed, 1),
-            pushes: Vec::new(),
+            under_way: UnderWay::default(),
+            slippery: false,
             n_steps: 0,
             seed,
         };
@@ -189,6 +194,7 @@ impl World {
             speed_m_s: speed,
             still: speed < STILL_M_S && spin < STILL_RAD_S,
             held: self.grip.as_ref().is_some_and(|grip| grip.body == idx),
+            is_out: body.is_out,
         }
     }
 
@@ -222,28 +228,17 @@ impl World {
         self.physics.wake_up_all(true);
     }
 
-    /// Repeats pushes that are due.
-    fn push(&mut self) {
-        let mut pushes = std::mem::take(&mut self.pushes);
-        for push in pushes.iter_mut().filter_map(|push| push.step().then_some(push)) {
-            let on = push.group.first().and_then(|&idx| self.support(idx).on);
-            if push.renew(on) {
-                self.kick_group(push);
-            }
+    /// Takes a body out of the world, or lets it be there again.
+    pub(crate) fn set_out(&mut self, idx: usize, is_out: bool) {
+        self.bodies[idx].is_out = is_out;
+        if let Some(body) = self.physics.bodies.get_mut(self.bodies[idx].handle) {
+            body.set_enabled(!is_out);
         }
-        pushes.retain(|push| !push.is_done());
-        self.pushes = pushes;
-    }
-
-    /// Gives a push to all its bodies.
-    pub(crate) fn kick_group(&mut self, push: &Push) {
-        for &idx in &push.group {
-            self.kick(idx, &push.change_m_s());
-        }
+        self.physics.wake_up_all(true);
     }
 
     /// Gives a body a push that changes its speed by `change_m_s`.
-    fn kick(&mut self, idx: usize, change_m_s: &Vector3<f64>) {
+    pub(crate) fn kick(&mut self, idx: usize, change_m_s: &Vector3<f64>) {
         if let Some(body) = self.physics.bodies.get_mut(self.bodies[idx].handle) {
             let impulse = convert::vector(change_m_s) * body.mass();
             body.apply_impulse(impulse, true);
@@ -262,8 +257,13 @@ impl World {
         self.physics.wake_up_all(true);
     }
 
+    /// What keeps the fingers apart: what is held, or what lies between them and slides out.
     fn opening_min_m(&self) -> f64 {
-        self.grip.as_ref().map_or(0.0, |grip| grip.width_m)
+        match &self.grip {
+            Some(grip) => grip.width_m,
+            None if self.slippery => self.met_m(),
+            None => 0.0,
+        }
     }
 
     fn step(&mut self) {
@@ -277,7 +277,7 @@ impl World {
         self.physics.step();
         self.slip();
         self.n_steps += 1;
-        self.push();
+        self.carry_on();
     }
 
     /// Grasps, centres or lets go of an object as the fingers move.
@@ -303,7 +303,9 @@ impl World {
             if moving {
                 self.physics.wake_up(self.bodies[grip.body].handle, true);
             }
-        } else if opening_m < opening_before_m {
+        } else if opening_m > opening_before_m {
+            self.slippery = false;
+        } else if opening_m < opening_before_m && !self.slippery {
             let touched = |span: &Span| {
                 let opening = span.touching_opening_m();
                 opening <= opening_before_m
@@ -320,12 +322,22 @@ impl World {
     }
 
     /// The body as the fingers see it, when it can be grasped.
-    fn span(&self, idx: usize) -> Option<Span> {
+    pub(crate) fn span(&self, idx: usize) -> Option<Span> {
         let shape = &self.bodies[idx].spec.shape;
         if shape.is_fixed() {
             return None;
         }
         grasp::span(shape, &self.gripper.pose(), &self.pose(idx))
+    }
+
+    /// Moves what is held by so much along the fingers, downwards where it is negative.
+    pub(crate) fn slide_grip(&mut self, up_m: f64) {
+        let Some(grip) = &mut self.grip else { return };
+        grip.anchor.translation.z += up_m;
+        if let Some(joint) = self.physics.impulse_joints.get_mut(grip.joint, true) {
+            joint.data.set_local_frame1(convert::pose(&grip.anchor));
+        }
+        self.physics.wake_up(self.bodies[grip.body].handle, true);
     }
 
     fn grasp(&mut self, idx: usize, span: &Span) {
@@ -376,7 +388,8 @@ impl Clone for World {
             gripper_handle: self.gripper_handle,
             grip: self.grip.clone(),
             random: self.random.clone(),
-            pushes: self.pushes.clone(),
+            under_way: self.under_way.clone(),
+            slippery: self.slippery,
             n_steps: self.n_steps,
             seed: self.seed,
         }
@@ -432,27 +445,4 @@ fn grip_joint(anchor: &Isometry3<f64>) -> GenericJoint {
         .local_frame1(convert::pose(anchor))
         .softness(SpringCoefficients::new(GRIP_FREQUENCY_HZ, 1.0))
         .build()
-}
-
-/// Refuses a start with bodies inside each other. Fixed bodies may share space with a board.
-fn check_overlaps(spec: &SceneSpec, poses: &[Isometry3<f64>]) -> Result<(), SceneError> {
-    let is_board = |idx: usize| spec.bodies[idx].shape.kind() == "board";
-    for second in 0..poses.len() {
-        for first in 0..second {
-            let (a, b) = (&spec.bodies[first], &spec.bodies[second]);
-            let both_fixed = a.shape.is_fixed() && b.shape.is_fixed();
-            if both_fixed && (is_board(first) || is_board(second)) {
-                continue;
-            }
-            let depth_m = bodies::overlap_m((&a.shape, &poses[first]), (&b.shape, &poses[second]));
-            if depth_m > OVERLAP_MAX_M {
-                return Err(SceneError::Overlap {
-                    first: a.name.clone(),
-                    second: b.name.clone(),
-                    depth_mm: depth_m * 1000.0,
-                });
-            }
-        }
-    }
-    Ok(())
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{blocks, centre, hanoi, pick, run, stack_of, world};
-use groundloop_sim::{Arrangement, FaultAction, FaultError, FixedStack, World};
+use groundloop_sim::{Arrangement, FaultError, FixedStack, World, WorldFault};
 use nalgebra::Point3;
 
 /// Nothing moves, nothing is below the table, everything is in the free area of the table.
@@ -22,7 +22,7 @@ fn displace_moves_an_object_to_a_free_place() {
         let mut world = world(&blocks(), seed);
         let before = centre(&world, "red_block");
         let to = (seed % 2 == 0).then_some([0.0, -0.1]);
-        let fault = FaultAction::Displace { object: "red_block".to_owned(), to };
+        let fault = WorldFault::Displace { object: "red_block".to_owned(), to };
         assert!(world.apply_fault(&fault).unwrap().contains("red_block"));
         let put = centre(&world, "red_block");
         assert!((put - before).norm() > 0.04, "seed {seed}");
@@ -47,7 +47,7 @@ fn knock_over_brings_the_object_and_what_stands_on_it_down() {
             ];
             spec.arrangement = Arrangement::Fixed { stacks, towers: vec![] };
             let mut world = world(&spec, seed);
-            world.apply_fault(&FaultAction::KnockOver { object: name(knocked) }).unwrap();
+            world.apply_fault(&WorldFault::KnockOver { object: name(knocked) }).unwrap();
             run(&mut world, 3.0);
             let truth = world.truth();
             let below = name(knocked - 1);
@@ -66,12 +66,12 @@ fn take_from_gripper_empties_the_gripper() {
         let truth = world.truth();
         let top = truth.bodies.iter().find(|body| body.clear).unwrap();
         assert_eq!(
-            world.apply_fault(&FaultAction::TakeFromGripper {}),
+            world.apply_fault(&WorldFault::TakeFromGripper {}),
             Err(FaultError::NothingHeld)
         );
         assert!(pick(&mut world, top.position, top.yaw_rad, 0.05, 0.35));
         assert!(world.truth().body(&top.name).unwrap().held);
-        world.apply_fault(&FaultAction::TakeFromGripper {}).unwrap();
+        world.apply_fault(&WorldFault::TakeFromGripper {}).unwrap();
         assert!(!world.gripper().holding);
         run(&mut world, 1.0);
         let truth = world.truth();
@@ -89,7 +89,7 @@ fn beside_peg_lays_the_top_disk_in_front_of_the_board() {
         let mut world = world(&spec, seed);
         let truth = world.truth();
         for disk in truth.bodies.iter().filter(|body| body.kind == "disk") {
-            let fault = FaultAction::BesidePeg { object: disk.name.clone() };
+            let fault = WorldFault::BesidePeg { object: disk.name.clone() };
             let done = world.apply_fault(&fault);
             assert_eq!(done.is_ok(), world.truth().body(&disk.name).unwrap().peg.is_none());
         }
@@ -111,16 +111,16 @@ fn faults_that_do_not_fit_are_refused_and_change_nothing() {
     let mut world = world(&hanoi(), 0);
     let before = world.fingerprint();
     let named = |name: &str| name.to_owned();
-    let refused = |world: &mut World, fault: &FaultAction| world.apply_fault(fault).unwrap_err();
-    let peg = FaultAction::Displace { object: named("left_peg"), to: None };
+    let refused = |world: &mut World, fault: &WorldFault| world.apply_fault(fault).unwrap_err();
+    let peg = WorldFault::Displace { object: named("left_peg"), to: None };
     assert!(matches!(refused(&mut world, &peg), FaultError::UnknownObject { .. }));
-    let nan = FaultAction::Displace { object: named("red_disk"), to: Some([f64::NAN, 0.0]) };
+    let nan = WorldFault::Displace { object: named("red_disk"), to: Some([f64::NAN, 0.0]) };
     assert!(matches!(refused(&mut world, &nan), FaultError::BadPlace { .. }));
-    let far = FaultAction::Displace { object: named("red_disk"), to: Some([9.0, 0.0]) };
+    let far = WorldFault::Displace { object: named("red_disk"), to: Some([9.0, 0.0]) };
     assert!(matches!(refused(&mut world, &far), FaultError::NoFreePlace { .. }));
-    let knock = FaultAction::KnockOver { object: named("red_disk") };
+    let knock = WorldFault::KnockOver { object: named("red_disk") };
     assert!(matches!(refused(&mut world, &knock), FaultError::AroundPeg { .. }));
-    let low = FaultAction::BesidePeg { object: named("blue_disk") };
+    let low = WorldFault::BesidePeg { object: named("blue_disk") };
     assert_eq!(
         refused(&mut world, &low),
         FaultError::NotClear { object: named("blue_disk"), on_top: named("green_disk") }
@@ -134,23 +134,23 @@ fn a_fault_while_the_gripper_is_low_keeps_clear_of_it() {
     common::go(&mut world, Point3::new(0.0, -0.1, 0.05), 0.0, 0.1, 1.2);
     let to = Some([0.0, -0.1]);
     let object = "red_block".to_owned();
-    world.apply_fault(&FaultAction::Displace { object, to }).unwrap();
+    world.apply_fault(&WorldFault::Displace { object, to }).unwrap();
     let at = centre(&world, "red_block");
     assert!(at.x.hypot(at.y + 0.1) > 0.09);
 }
 
 #[test]
 fn faults_are_read_from_toml() {
-    let read = |text: &str| toml::from_str::<FaultAction>(text);
+    let read = |text: &str| toml::from_str::<WorldFault>(text);
     let named = "red_block".to_owned();
     assert_eq!(
         read("kind = 'displace'\nobject = 'red_block'\nto = [0.1, 0]").unwrap(),
-        FaultAction::Displace { object: named.clone(), to: Some([0.1, 0.0]) }
+        WorldFault::Displace { object: named.clone(), to: Some([0.1, 0.0]) }
     );
     assert_eq!(
         read("kind = 'knock_over'\nobject = 'red_block'").unwrap(),
-        FaultAction::KnockOver { object: named }
+        WorldFault::KnockOver { object: named }
     );
-    assert_eq!(read("kind = 'take_from_gripper'").unwrap(), FaultAction::TakeFromGripper {});
+    assert_eq!(read("kind = 'take_from_gripper'").unwrap(), WorldFault::TakeFromGripper {});
     assert!(read("kind = 'beside_peg'\nobject = 'x'\nto = [1, 2]").is_err());
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{blocks, centre, n_blocks, n_disks, run, stack_of, world, world_config};
-use groundloop_sim::{Arrangement, FaultAction, GripperCommand, SceneError, SceneSpec, World};
+use groundloop_sim::{Arrangement, GripperCommand, SceneError, SceneSpec, World, WorldFault};
 use nalgebra::Point3;
 
 fn check_stack(n: usize, seconds: f64) {
@@ -44,7 +44,7 @@ fn chaos(world: &mut World, from: u32, to: u32) {
         world.command(&GripperCommand { yaw_rad: command.yaw_rad % 6.0, ..command }).unwrap();
         if k % 9 == 4 {
             let name = ["red_block", "blue_block", "green_block"][(k % 3) as usize].to_owned();
-            world.apply_fault(&FaultAction::Displace { object: name, to: None }).unwrap();
+            world.apply_fault(&WorldFault::Displace { object: name, to: None }).unwrap();
         }
         run(world, 0.2);
     }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{blocks, go, hanoi, run, world};
-use groundloop_sim::{BodyTruth, FaultAction, GripperCommand, SceneSpec, WORKSPACE_M, World};
+use groundloop_sim::{BodyTruth, GripperCommand, SceneSpec, WORKSPACE_M, World, WorldFault};
 use nalgebra::Point3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -24,7 +24,7 @@ fn event() -> impl Strategy<Value = Event> {
         let position = Point3::new(x, y, z);
         Event::Command(GripperCommand { position, yaw_rad, opening_m, speed_m_s: 1.2 })
     });
-    prop_oneof![4 => command, 1 => (0..4_u8, 0..8_usize).prop_map(|(f, o)| Event::Fault(f, o))]
+    prop_oneof![4 => command, 1 => (0..10_u8, 0..8_usize).prop_map(|(f, o)| Event::Fault(f, o))]
 }
 
 /// Lets an event happen and some time pass.
@@ -32,12 +32,19 @@ fn apply(world: &mut World, event: &Event, spec: &SceneSpec) {
     match event {
         Event::Command(command) => world.command(command).unwrap(),
         Event::Fault(kind, idx) => {
-            let object = spec.bodies[idx % spec.bodies.len()].name.clone();
+            let name = |idx: usize| spec.bodies[idx % spec.bodies.len()].name.clone();
+            let object = name(*idx);
             let fault = match kind {
-                0 => FaultAction::Displace { object, to: None },
-                1 => FaultAction::KnockOver { object },
-                2 => FaultAction::BesidePeg { object },
-                _ => FaultAction::TakeFromGripper {},
+                0 => WorldFault::Displace { object, to: None },
+                1 => WorldFault::KnockOver { object },
+                2 => WorldFault::BesidePeg { object },
+                3 => WorldFault::Remove { object },
+                4 => WorldFault::PutBack { object, to: None },
+                5 => WorldFault::Swap { objects: [object, name(idx + 1)] },
+                6 => WorldFault::Topple { object },
+                7 => WorldFault::Hold { object, for_s: 0.5 },
+                8 => WorldFault::Push { object, by_m: [0.03, -0.01] },
+                _ => WorldFault::TakeFromGripper {},
             };
             // Most faults do not fit most states; that is part of the test.
             drop(world.apply_fault(&fault));

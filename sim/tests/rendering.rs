@@ -5,7 +5,7 @@ mod common;
 
 use common::{blocks, frontal, go, hanoi, n_blocks, world, world_config};
 use groundloop_sim::{
-    CameraSpec, FaultAction, Frame, GRIPPER_ID, NoiseSpec, Renderer, Shape, World,
+    CameraSpec, Frame, GRIPPER_ID, NoiseSpec, Renderer, Shape, World, WorldFault,
 };
 use nalgebra::{Point3, Vector3};
 
@@ -220,9 +220,9 @@ fn the_gripper_is_seen_at_work() {
 fn what_a_fault_sets_down_is_in_full_view() {
     for seed in 0..12 {
         for (spec, object, fault) in [
-            (blocks(), 0, FaultAction::Displace { object: "red_block".to_owned(), to: None }),
-            (hanoi(), 7, FaultAction::BesidePeg { object: "red_disk".to_owned() }),
-            (hanoi(), 7, FaultAction::Displace { object: "red_disk".to_owned(), to: None }),
+            (blocks(), 0, WorldFault::Displace { object: "red_block".to_owned(), to: None }),
+            (hanoi(), 7, WorldFault::BesidePeg { object: "red_disk".to_owned() }),
+            (hanoi(), 7, WorldFault::Displace { object: "red_disk".to_owned(), to: None }),
         ] {
             let mut world = world(&spec, seed);
             world.apply_fault(&fault).unwrap();

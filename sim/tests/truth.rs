@@ -3,7 +3,7 @@
 mod common;
 
 use common::{hanoi, pick, pick_body, place, run, stack_of, world};
-use groundloop_sim::{Arrangement, FaultAction, FixedStack, FixedTower, Shape};
+use groundloop_sim::{Arrangement, FixedStack, FixedTower, Shape, WorldFault};
 use nalgebra::Point3;
 
 #[test]
@@ -83,7 +83,7 @@ fn disks_know_their_peg_and_what_is_below_them() {
 #[test]
 fn a_displaced_lower_block_lets_the_upper_one_fall_straight_down() {
     let mut world = world(&stack_of(2), 0);
-    let fault = FaultAction::Displace { object: "block_0".to_owned(), to: Some([0.2, 0.0]) };
+    let fault = WorldFault::Displace { object: "block_0".to_owned(), to: Some([0.2, 0.0]) };
     world.apply_fault(&fault).unwrap();
     assert!(!world.truth().body("block_1").unwrap().on_table);
     run(&mut world, 1.0);

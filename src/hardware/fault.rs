@@ -20,7 +20,7 @@ pub struct FaultConfig {
     /// once.
     pub after_s: Option<f64>,
     /// What happens.
-    #[cfg_attr(feature = "sim", schemars(with = "super::sim::FaultAction"))]
+    #[cfg_attr(feature = "sim", schemars(with = "super::sim::WorldFault"))]
     #[cfg_attr(
         not(feature = "sim"),
         schemars(with = "serde_json::Map<String, serde_json::Value>")

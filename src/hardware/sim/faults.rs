@@ -1,6 +1,6 @@
 //! When the scheduled disturbances of a run file happen.
 
-use groundloop_sim::{FaultAction, SceneSpec, Shape};
+use groundloop_sim::{SceneSpec, Shape, WorldFault};
 
 use crate::hardware::FaultConfig;
 use crate::mismatch::Mismatch;
@@ -16,7 +16,7 @@ pub(super) struct FaultSchedule {
 #[derive(Debug, Clone)]
 struct Scheduled {
     trigger: Trigger,
-    action: FaultAction,
+    action: WorldFault,
 }
 
 #[derive(Debug, Clone)]
@@ -31,8 +31,7 @@ impl FaultSchedule {
     /// The schedule of a run file.
     pub(super) fn new(faults: &[FaultConfig]) -> Result<Self, String> {
         let scheduled = faults.iter().map(|fault| {
-            let action: FaultAction =
-                fault.action.clone().try_into().map_err(|e| format!("{e}"))?;
+            let action: WorldFault = fault.action.clone().try_into().map_err(|e| format!("{e}"))?;
             let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
             let trigger = match (&fault.during, fault.at_s) {
                 (Some(pattern), _) => Trigger::During {
@@ -62,7 +61,7 @@ impl FaultSchedule {
     }
 
     /// Takes out what is due.
-    pub(super) fn due(&mut self, now_ns: u64) -> Vec<FaultAction> {
+    pub(super) fn due(&mut self, now_ns: u64) -> Vec<WorldFault> {
         let is_due = |fault: &Scheduled| matches!(fault.trigger, Trigger::At(at) if at <= now_ns);
         let (due, waiting) = std::mem::take(&mut self.waiting).into_iter().partition(is_due);
         self.waiting = waiting;
@@ -74,15 +73,22 @@ impl FaultSchedule {
 /// What faults name that a scene does not have, each by its key.
 pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismatch> {
     let unknown = |(idx, fault): (usize, &FaultConfig)| {
-        let action: FaultAction = fault.action.clone().try_into().ok()?;
+        let action: WorldFault = fault.action.clone().try_into().ok()?;
         let (object, what, kind): (_, _, fn(&Shape) -> bool) = match &action {
-            FaultAction::Displace { object, .. } | FaultAction::KnockOver { object } => {
+            WorldFault::Displace { object, .. } | WorldFault::KnockOver { object } => {
                 (object, "an object that can move", |shape| !shape.is_fixed())
             }
-            FaultAction::BesidePeg { object } => {
+            WorldFault::BesidePeg { object } => {
                 (object, "a disk", |shape| matches!(shape, Shape::Disk { .. }))
             }
-            FaultAction::TakeFromGripper {} => return None,
+            WorldFault::Remove { object }
+            | WorldFault::PutBack { object, .. }
+            | WorldFault::Topple { object }
+            | WorldFault::Hold { object, .. } => {
+                (object, "an object that can move", |shape| !shape.is_fixed())
+            }
+            WorldFault::Push { object, .. } => (object, "an object", |_| true),
+            WorldFault::Swap { .. } | WorldFault::TakeFromGripper {} => return None,
         };
         let fits = scene.bodies.iter().filter(|body| kind(&body.shape));
         let known: Vec<&str> = fits.map(|body| body.name.as_str()).collect();

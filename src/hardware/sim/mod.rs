@@ -20,7 +20,7 @@ pub use config::{OtherCameraSpec, SimConfig};
 #[cfg(feature = "sim")]
 pub use faults::fault_mismatches;
 #[cfg(feature = "sim")]
-pub use groundloop_sim::FaultAction;
+pub use groundloop_sim::WorldFault;
 #[cfg(feature = "sim")]
 pub use labels::{
     LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
