@@ -115,7 +115,7 @@ fn faults_that_do_not_fit_are_refused_and_change_nothing() {
     let peg = WorldFault::Displace { object: named("left_peg"), to: None };
     assert!(matches!(refused(&mut world, &peg), FaultError::UnknownObject { .. }));
     let nan = WorldFault::Displace { object: named("red_disk"), to: Some([f64::NAN, 0.0]) };
-    assert!(matches!(refused(&mut world, &nan), FaultError::BadPlace { .. }));
+    assert!(matches!(refused(&mut world, &nan), FaultError::BadNumber { key: "to", .. }));
     let far = WorldFault::Displace { object: named("red_disk"), to: Some([9.0, 0.0]) };
     assert!(matches!(refused(&mut world, &far), FaultError::NoFreePlace { .. }));
     let knock = WorldFault::KnockOver { object: named("red_disk") };

@@ -1,5 +1,6 @@
 //! `groundloop run`: closed-loop episodes.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use comfy_table::{Cell, Table};
@@ -15,7 +16,7 @@ use super::table::{self, right};
 use super::{Failure, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
-use crate::metrics::{EpisodeReport, Quantiles};
+use crate::metrics::{EpisodeReport, FaultRecord, Quantiles};
 use crate::run::{
     Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
 };
@@ -239,6 +240,9 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
             out::line("");
             Stream::Output.table(latency_table(report));
             out::line(&summary(report));
+            if let Some(told) = faults(&report.faults) {
+                out::line(&told);
+            }
             Ok(())
         }
         reports => {
@@ -270,6 +274,20 @@ fn summary(report: &EpisodeReport) -> String {
         report.cpu_ms_per_frame,
         report.decision_hash.get(..16).unwrap_or_default(),
     )
+}
+
+/// How many faults of the run file happened, by their kinds, and how many could not.
+fn faults(records: &[FaultRecord]) -> Option<String> {
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for record in records.iter().filter(|record| record.happened) {
+        *kinds.entry(&record.kind).or_default() += 1;
+    }
+    let happened: usize = kinds.values().sum();
+    let list: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+    let list = if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) };
+    let refused = records.len() - happened;
+    (!records.is_empty())
+        .then(|| format!("{happened} faults happened{list}, {refused} could not be applied"))
 }
 
 fn latency_table(report: &EpisodeReport) -> Table {

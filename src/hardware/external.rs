@@ -16,5 +16,5 @@ pub(super) const ROBOT: Part<RobotPort> = Part {
     name: EXTERNAL,
     help: "another process reads robot/command, and publishes robot/state and robot/status",
     options: no_options,
-    build: |_| Ok(Box::new(RobotPort { acts: true, open: None })),
+    build: |_| Ok(Box::new(RobotPort { acts: true, open: None, faults: None })),
 };

@@ -1,26 +1,37 @@
-//! `[[fault]]` of a run file.
+//! `[[fault]]` of a run file: when something goes wrong, and what.
 
-use schemars::JsonSchema;
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use crate::mismatch::Mismatch;
+use crate::mismatch::{Mismatch, listed};
 
-/// `[[fault]]`: one disturbance of the simulated world.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+/// `[[fault]]`: something that goes wrong in the simulated world or its robot. Exactly one of `at_s`,
+/// `during`, `after` and `holding` says when.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultConfig {
-    /// When: at this time of the simulated world, seconds. Either this or `during`.
-    pub at_s: Option<f64>,
+    /// When: at this time of the simulated world, seconds; or at a time between two, which the seed
+    /// draws.
+    pub at_s: Option<FaultTime>,
     /// When: while this action (`stack`) or this step (`(stack red_block blue_block arm)`) is carried
     /// out.
     pub during: Option<String>,
-    /// Which execution of what `during` names, counted from 1; without the key the first.
+    /// When: once this action or this step has ended, however it ended.
+    pub after: Option<String>,
+    /// When: as the gripper takes this object, or "any".
+    pub holding: Option<String>,
+    /// At which occurrence of that, counted from 1; without the key the first.
     pub nth: Option<u32>,
-    /// How long after the start of that execution, seconds of simulated time; without the key at
-    /// once.
+    /// Whether at every occurrence instead.
+    pub every: Option<bool>,
+    /// How long after that, seconds of simulated time; without the key at once.
     pub after_s: Option<f64>,
+    /// How likely it is to happen, each time: 0 to 1; without the key always. The run's seed draws it.
+    pub probability: Option<f64>,
     /// What happens.
-    #[cfg_attr(feature = "sim", schemars(with = "super::sim::WorldFault"))]
+    #[cfg_attr(feature = "sim", schemars(with = "super::sim::FaultAction"))]
     #[cfg_attr(
         not(feature = "sim"),
         schemars(with = "serde_json::Map<String, serde_json::Value>")
@@ -28,35 +39,98 @@ pub struct FaultConfig {
     pub action: toml::Table,
 }
 
+/// A time of the simulated world, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum FaultTime {
+    /// This one.
+    At(f64),
+    /// One between these, both included.
+    Between([f64; 2]),
+}
+
+impl JsonSchema for FaultTime {
+    fn schema_name() -> Cow<'static, str> {
+        "FaultTime".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": ["number", "array"],
+            "items": { "type": "number" },
+            "minItems": 2,
+            "maxItems": 2,
+        })
+    }
+}
+
+impl FaultTime {
+    /// The earliest and the latest time.
+    pub fn bounds_s(self) -> [f64; 2] {
+        match self {
+            Self::At(at_s) => [at_s, at_s],
+            Self::Between(bounds) => bounds,
+        }
+    }
+}
+
 impl FaultConfig {
+    /// The actions and steps that it waits for, each with its key.
+    pub fn steps(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let keys = [("during", &self.during), ("after", &self.after)];
+        keys.into_iter().filter_map(|(key, said)| Some((key, said.as_deref()?)))
+    }
+
     /// What is wrong with when it happens; `at` is where it stands.
     pub(crate) fn mismatch(&self, at: &str) -> Option<Mismatch> {
         self.when(at).or_else(|| self.number(at))
     }
 
-    /// A number that is no time or count.
+    /// A number that is no time, count or probability.
     fn number(&self, at: &str) -> Option<Mismatch> {
-        for (key, seconds) in [("at_s", self.at_s), ("after_s", self.after_s)] {
-            if let Some(got) = seconds.filter(|s| !(s.is_finite() && *s >= 0.0)) {
-                let expected = "a finite number, 0 or more";
-                return Some(Mismatch::new(format!("{at}.{key}"), expected, got));
+        let is_time = |s: &f64| s.is_finite() && *s >= 0.0;
+        let expected = "a finite number, 0 or more";
+        match self.at_s {
+            Some(FaultTime::At(got)) if !is_time(&got) => {
+                return Some(Mismatch::new(format!("{at}.at_s"), expected, got));
             }
+            Some(FaultTime::Between(got)) if !(got.iter().all(is_time) && got[0] <= got[1]) => {
+                let expected = "two finite numbers, 0 or more, the lower one first";
+                return Some(Mismatch::new(format!("{at}.at_s"), expected, listed(got)));
+            }
+            Some(_) | None => {}
+        }
+        if let Some(got) = self.after_s.filter(|s| !is_time(s)) {
+            return Some(Mismatch::new(format!("{at}.after_s"), expected, got));
+        }
+        if let Some(got) = self.probability.filter(|p| !(0.0..=1.0).contains(p)) {
+            return Some(Mismatch::new(format!("{at}.probability"), "a number from 0 to 1", got));
         }
         let nth = self.nth.filter(|nth| *nth == 0)?;
         Some(Mismatch::new(format!("{at}.nth"), "an integer, 1 or more", nth))
     }
 
     fn when(&self, at: &str) -> Option<Mismatch> {
-        let either = |got: &str| Some(Mismatch::new(at, "either at_s or during", got));
-        match (&self.at_s, &self.during) {
-            (Some(_), Some(_)) => either("both"),
-            (None, None) => either("neither"),
-            (None, Some(_)) => None,
-            (Some(_), None) => {
-                let keys = [("nth", self.nth.is_some()), ("after_s", self.after_s.is_some())];
-                let (key, _) = keys.into_iter().find(|(_, is_there)| *is_there)?;
-                Some(Mismatch::new(format!("{at}.{key}"), "none beside at_s", "a value"))
-            }
+        let triggers = [
+            ("at_s", self.at_s.is_some()),
+            ("during", self.during.is_some()),
+            ("after", self.after.is_some()),
+            ("holding", self.holding.is_some()),
+        ];
+        let given = triggers.iter().filter(|(_, is_there)| *is_there);
+        let given: Vec<&str> = given.map(|(key, _)| *key).collect();
+        if given.len() != 1 {
+            let got = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
+            return Some(Mismatch::new(at, "one of at_s, during, after and holding", got));
         }
+        let is_every = self.every == Some(true);
+        if is_every && self.nth.is_some() {
+            return Some(Mismatch::new(format!("{at}.nth"), "none beside every = true", "a value"));
+        }
+        let keys =
+            [("nth", self.nth.is_some()), ("every", is_every), ("after_s", self.after_s.is_some())];
+        let (key, _) = keys.into_iter().find(|(_, is_there)| *is_there)?;
+        self.at_s?;
+        Some(Mismatch::new(format!("{at}.{key}"), "none beside at_s", "a value"))
     }
 }

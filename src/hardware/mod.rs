@@ -14,8 +14,8 @@ pub mod sim;
 mod tests;
 
 pub use camera::{Camera, CameraError, CameraPort, GroundTruth, NextFrame, OpenCamera};
-pub use fault::FaultConfig;
-pub use robot::{OpenRobot, Robot, RobotPort};
+pub use fault::{FaultConfig, FaultTime};
+pub use robot::{FaultsOf, OpenRobot, Robot, RobotPort};
 pub use sequencer::{Arm, Sequencer, Target};
 pub use setup::{EXTERNAL, HardwareInputs, SharedWorld};
 

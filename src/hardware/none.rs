@@ -8,5 +8,5 @@ pub(super) const ROBOT: Part<RobotPort> = Part {
     name: "none",
     help: "nothing acts: the first confirmed plan is the result",
     options: no_options,
-    build: |_| Ok(Box::new(RobotPort { acts: false, open: None })),
+    build: |_| Ok(Box::new(RobotPort { acts: false, open: None, faults: None })),
 };

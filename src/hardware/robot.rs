@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::HardwareInputs;
 use crate::messages::{Command, RobotState, Status};
+use crate::metrics::FaultRecord;
 use crate::parts::Role;
 
 /// A robot, hosted by the robot actor.
@@ -37,6 +38,9 @@ pub trait Robot: Send {
 /// Opens a robot, for each start of its actor.
 pub type OpenRobot = Arc<dyn Fn() -> Box<dyn Robot> + Send + Sync>;
 
+/// The faults that have happened, or could not, in order.
+pub type FaultsOf = Arc<dyn Fn() -> Vec<FaultRecord> + Send + Sync>;
+
 /// A robot as a run file chooses it.
 #[derive(Clone)]
 #[expect(missing_debug_implementations, reason = "holds a closure")]
@@ -45,6 +49,8 @@ pub struct RobotPort {
     pub acts: bool,
     /// Opens it in this process; without it, a robot that acts is played by another process.
     pub open: Option<OpenRobot>,
+    /// What has gone wrong so far, where faults are made; for reports after the episode.
+    pub faults: Option<FaultsOf>,
 }
 
 impl Role for RobotPort {

@@ -104,6 +104,48 @@ impl Sequencer {
         StatusKind::Accepted
     }
 
+    /// Moves the next release of the running motion, with the way there and away from it, by so much
+    /// along x and y; whether a release is still to come.
+    pub fn move_release(&mut self, by_m: [f64; 2], arm: &mut dyn Arm) -> bool {
+        let Some(progress) = self.running.as_mut().filter(|p| p.ending.is_none()) else {
+            return false;
+        };
+        let Progress { waypoints, phase, .. } = progress;
+        let is_release = |i: &usize| {
+            waypoints[i - 1].expect == Expect::Holding && waypoints[*i].expect == Expect::Empty
+        };
+        let Some(release) = (*phase + 1..waypoints.len()).find(is_release) else { return false };
+        let goal = waypoints[release].position;
+        let is_there = |w: &Waypoint| w.position.xy() == goal.xy();
+        // Only what follows the grasp: an object may be put down where it was taken.
+        let before = waypoints[..release].windows(2).rev();
+        let carried = |pair: &&[Waypoint]| {
+            pair.iter().all(|w| w.expect == Expect::Holding) && is_there(&pair[1])
+        };
+        let first = release - before.take_while(carried).count();
+        let n_after = waypoints[release..].iter().take_while(|w| is_there(w)).count();
+        for waypoint in &mut waypoints[first..release + n_after] {
+            waypoint.position.x += by_m[0];
+            waypoint.position.y += by_m[1];
+        }
+        if first <= *phase
+            && let Err(reason) = arm.go(target(&waypoints[*phase]))
+        {
+            tracing::warn!(reason, "the robot goes on to where it was going");
+        }
+        true
+    }
+
+    /// Ends the running motion as if it had been carried out; whether one was running.
+    pub fn end_as_done(&mut self, arm: &mut dyn Arm) -> bool {
+        let Some(progress) = self.running.as_mut().filter(|p| p.ending.is_none()) else {
+            return false;
+        };
+        progress.ending = Some(StatusKind::Done);
+        go_up(progress, arm);
+        true
+    }
+
     /// Carries on; returns the command that has ended, and how.
     pub fn tick(&mut self, arm: &mut dyn Arm) -> Option<(u64, StatusKind)> {
         let progress = self.running.as_mut()?;

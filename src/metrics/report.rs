@@ -48,6 +48,25 @@ pub struct EpisodeReport {
     pub goal_in_simulator: Option<bool>,
     /// The facts that were confirmed at the end.
     pub facts: Vec<String>,
+    /// The faults of the run file that happened, and those that could not, in order.
+    pub faults: Vec<FaultRecord>,
+}
+
+/// One occurrence of a `[[fault]]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct FaultRecord {
+    /// When, in nanoseconds of simulated time.
+    pub at_ns: u64,
+    /// Which `[[fault]]` of the run file, counted from 0.
+    pub fault: usize,
+    /// What: the `kind` of its action.
+    pub kind: String,
+    /// Whom it concerned, by their names in the simulated world.
+    pub objects: Vec<String>,
+    /// Whether it happened.
+    pub happened: bool,
+    /// What was done, or why nothing was.
+    pub said: String,
 }
 
 /// Latencies by stage, in microseconds.

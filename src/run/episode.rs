@@ -93,6 +93,7 @@ pub async fn run_episode(
         }
         _ => None,
     };
+    report.faults = hardware.robot.faults.map(|faults| faults()).unwrap_or_default();
     Ok(Episode { report, end: result, n_panics: monitor.n_panics() })
 }
 
@@ -157,5 +158,6 @@ fn report(
         goal: String::new(),
         goal_in_simulator: None,
         facts: confirmed.known.iter().map(ToString::to_string).collect(),
+        faults: Vec::new(),
     }
 }

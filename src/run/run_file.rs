@@ -234,8 +234,7 @@ impl RunConfig {
     /// [`ConfigError::Problems`], each with file and line.
     pub fn check_domain(&self, folder: &DomainFolder) -> Result<(), ConfigError> {
         let actions = &folder.domain.actions;
-        let unknown = |(idx, fault): (usize, &FaultConfig)| {
-            let said = fault.during.as_deref()?;
+        let unknown = |(idx, key, said): (usize, &str, &str)| {
             let words = said.trim_matches(['(', ')']).split_whitespace();
             let name = Name::new(words.clone().next().unwrap_or_default());
             let args = words.count().saturating_sub(1);
@@ -250,12 +249,13 @@ impl RunConfig {
                 known.join(", ")
             );
             let near = near_hint(name.as_str(), known);
-            let at = format!("fault[{idx}].during");
+            let at = format!("fault[{idx}].{key}");
             Some(self.located(Mismatch::new(at, expected, format!("\"{said}\"{near}"))))
         };
+        let faults = self.fault.iter().enumerate();
+        let waits = faults.flat_map(|(idx, fault)| fault.steps().map(move |(k, s)| (idx, k, s)));
         #[cfg_attr(not(feature = "sim"), expect(unused_mut, reason = "of the simulator"))]
-        let mut problems: Vec<SettingsProblem> =
-            self.fault.iter().enumerate().filter_map(unknown).collect();
+        let mut problems: Vec<SettingsProblem> = waits.filter_map(unknown).collect();
         #[cfg(feature = "sim")]
         problems.extend(self.unknown_objects(folder)?);
         if problems.is_empty() { Ok(()) } else { Err(problems.into()) }

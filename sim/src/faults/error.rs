@@ -46,16 +46,6 @@ pub enum FaultError {
         /// The name.
         object: String,
     },
-    /// A coordinate is not a finite number.
-    #[error("fault: the place of {object} must be finite numbers, got [{x}, {y}]")]
-    BadPlace {
-        /// The name.
-        object: String,
-        /// x as given.
-        x: f64,
-        /// y as given.
-        y: f64,
-    },
     /// No place is free.
     #[error("fault: no free place on the table for {object}")]
     NoFreePlace {

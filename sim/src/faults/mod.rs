@@ -80,6 +80,72 @@ pub enum WorldFault {
     },
 }
 
+impl WorldFault {
+    /// The objects that it names.
+    pub fn objects(&self) -> Vec<&str> {
+        match self {
+            Self::TakeFromGripper {} => Vec::new(),
+            Self::Swap { objects } => objects.iter().map(String::as_str).collect(),
+            Self::Displace { object, .. }
+            | Self::KnockOver { object }
+            | Self::BesidePeg { object }
+            | Self::Remove { object }
+            | Self::PutBack { object, .. }
+            | Self::Topple { object }
+            | Self::Hold { object, .. }
+            | Self::Push { object, .. } => vec![object],
+        }
+    }
+
+    /// The same, done to another object; a swap keeps its own.
+    #[must_use]
+    pub fn done_to(mut self, name: &str) -> Self {
+        match &mut self {
+            Self::TakeFromGripper {} | Self::Swap { .. } => {}
+            Self::Displace { object, .. }
+            | Self::KnockOver { object }
+            | Self::BesidePeg { object }
+            | Self::Remove { object }
+            | Self::PutBack { object, .. }
+            | Self::Topple { object }
+            | Self::Hold { object, .. }
+            | Self::Push { object, .. } => name.clone_into(object),
+        }
+        self
+    }
+
+    /// Checks its numbers.
+    ///
+    /// # Errors
+    /// [`FaultError::BadNumber`].
+    pub fn check(&self) -> Result<(), FaultError> {
+        match self {
+            Self::Displace { to: Some([x, y]), .. } | Self::PutBack { to: Some([x, y]), .. }
+                if !(x.is_finite() && y.is_finite()) =>
+            {
+                Err(FaultError::BadNumber { key: "to", expected: "two finite numbers" })
+            }
+            Self::Hold { for_s, .. } if !(for_s.is_finite() && *for_s > 0.0) => {
+                Err(FaultError::BadNumber { key: "for_s", expected: "a finite number above 0" })
+            }
+            Self::Push { by_m: [x, y], .. } if !(x.hypot(*y).is_finite() && x.hypot(*y) > 0.0) => {
+                let expected = "two finite numbers that are not both 0";
+                Err(FaultError::BadNumber { key: "by_m", expected })
+            }
+            Self::Displace { .. }
+            | Self::KnockOver { .. }
+            | Self::TakeFromGripper {}
+            | Self::BesidePeg { .. }
+            | Self::Remove { .. }
+            | Self::PutBack { .. }
+            | Self::Swap { .. }
+            | Self::Topple { .. }
+            | Self::Hold { .. }
+            | Self::Push { .. } => Ok(()),
+        }
+    }
+}
+
 impl World {
     /// Lets a fault happen now and says what was done, for people.
     ///
@@ -90,6 +156,7 @@ impl World {
     /// # Errors
     /// [`FaultError`] when the fault does not fit the state of the world; nothing changes then.
     pub fn apply_fault(&mut self, fault: &WorldFault) -> Result<String, FaultError> {
+        fault.check()?;
         match fault {
             WorldFault::Displace { object, to } => self.displace(object, *to),
             WorldFault::KnockOver { object } => self.knock_over(object),

@@ -33,7 +33,6 @@ impl World {
         to: Option<[f64; 2]>,
     ) -> Result<String, FaultError> {
         let idx = self.present(object)?;
-        check_place(object, to)?;
         let at_m = self.free_place(idx, to)?;
         self.set_down(idx, at_m);
         Ok(format!("moved {object} to {}", text(at_m)))
@@ -82,7 +81,6 @@ impl World {
         if !self.bodies[idx].is_out {
             return Err(FaultError::NotOut { object: object.to_owned() });
         }
-        check_place(object, to)?;
         let at_m = self.free_place(idx, to)?;
         self.bring_in(idx, at_m);
         self.under_way.in_hand.retain(|held| held.body != idx);
@@ -91,9 +89,6 @@ impl World {
 
     pub(super) fn hold(&mut self, object: &str, for_s: f64) -> Result<String, FaultError> {
         let idx = self.present(object)?;
-        if !(for_s.is_finite() && for_s > 0.0) {
-            return Err(FaultError::BadNumber { key: "for_s", expected: "a number above 0" });
-        }
         self.take_out(idx);
         let steps_left = (for_s * STEPS_PER_SECOND as f64).ceil() as u64;
         self.under_way.in_hand.push(InHand { body: idx, steps_left });
@@ -246,13 +241,6 @@ impl World {
 fn upright(at_m: [f64; 2], z_m: f64, yaw_rad: f64) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     Isometry3::from_parts(Translation3::new(at_m[0], at_m[1], z_m), turn)
-}
-
-fn check_place(object: &str, to: Option<[f64; 2]>) -> Result<(), FaultError> {
-    match to.filter(|[x, y]| !(x.is_finite() && y.is_finite())) {
-        Some([x, y]) => Err(FaultError::BadPlace { object: object.to_owned(), x, y }),
-        None => Ok(()),
-    }
 }
 
 /// A place for people.

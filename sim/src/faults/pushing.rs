@@ -150,10 +150,6 @@ impl World {
     pub(super) fn shift(&mut self, object: &str, by_m: [f64; 2]) -> Result<String, FaultError> {
         let group = self.shifted_with(object)?;
         let by = Vector3::new(by_m[0], by_m[1], 0.0);
-        if !(by.norm().is_finite() && by.norm() > 0.0) {
-            let expected = "two finite numbers that are not both 0";
-            return Err(FaultError::BadNumber { key: "by_m", expected });
-        }
         let [low, high] = self.config.free_area_m;
         let is_inside = |at: &Vector3<f64>| (0..2).all(|k| at[k] >= low[k] && at[k] <= high[k]);
         let reached = |idx: &&usize| !matches!(self.bodies[**idx].spec.shape, Shape::Board { .. });

@@ -32,7 +32,12 @@ pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<Camera
 /// The simulated gripper.
 pub(super) fn robot(context: &PartContext<'_, RobotPort>) -> Result<Box<RobotPort>, PartError> {
     let world = world(&context.inputs)?;
-    Ok(Box::new(RobotPort { acts: true, open: Some(Arc::new(move || world.robot())) }))
+    let told = Arc::clone(&world);
+    Ok(Box::new(RobotPort {
+        acts: true,
+        open: Some(Arc::new(move || world.robot())),
+        faults: Some(Arc::new(move || told.faults())),
+    }))
 }
 
 /// The world that camera and robot of one run share.

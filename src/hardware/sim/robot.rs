@@ -7,24 +7,23 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use groundloop_sim::{CameraSpec, GripperCommand, SceneSpec, World};
+use groundloop_sim::{CameraSpec, SceneSpec, World};
 use tokio::sync::watch;
 
 use super::config::SimConfig;
-use super::faults::FaultSchedule;
+use super::faults::{ArmFaults, FaultSchedule, Occasion, RobotParts, SimArm, happen};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::files::{FileRef, Folder};
-use crate::hardware::{Arm, FaultConfig, Robot, Sequencer, Target};
+use crate::hardware::{FaultConfig, Robot, Sequencer};
 use crate::messages::{Command, CommandKind, MAIN_CAMERA, RobotState, Status, StatusKind};
+use crate::metrics::FaultRecord;
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
+use crate::pddl::Step;
 use crate::settings::TomlFile;
 
 /// Control periods per second of the simulated robot.
 const CONTROL_HZ: u64 = 120;
-/// Speed that is reported for the tool at rest, and used for going back to where it is.
-const HOLD_SPEED_M_S: f64 = 0.5;
-
 /// What a simulated world is built from.
 #[derive(Debug, Clone, Copy)]
 pub struct SimSetup<'a> {
@@ -68,6 +67,13 @@ struct Hardware {
     world: World,
     sequencer: Sequencer,
     faults: FaultSchedule,
+    arm_faults: ArmFaults,
+    /// What came of the faults so far.
+    records: Vec<FaultRecord>,
+    /// The command whose step is carried out, and the step.
+    running: Option<(u64, Step)>,
+    /// What the gripper held last.
+    held: Option<String>,
     /// The frame that waits for an answer (lockstep).
     frame: u64,
     answered: Option<u64>,
@@ -99,12 +105,16 @@ impl SimHardware {
         let scene = read_scene(&folder.file(&sim.scene))?;
         let world = World::new(&scene, &sim.world, seed)
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
-        let faults = FaultSchedule::new(faults)
-            .map_err(|e| bad("fault.action", "a fault that the simulator knows", e))?;
-        let hardware = Hardware {
+        let faults = FaultSchedule::new(faults, seed)
+            .map_err(|e| bad("fault.action", "a fault that the simulator knows", e.to_string()))?;
+        let mut hardware = Hardware {
             world,
             sequencer: Sequencer::default(),
             faults,
+            arm_faults: ArmFaults::default(),
+            records: Vec::new(),
+            running: None,
+            held: None,
             frame: 0,
             answered: None,
             n_states: 0,
@@ -113,6 +123,8 @@ impl SimHardware {
             epoch_ns: None,
             clock,
         };
+        // What is due at 0 has happened when the first frame is taken.
+        hardware.let_faults_happen();
         Ok(Self {
             shared: Arc::new(Mutex::new(hardware)),
             released: watch::Sender::new(0),
@@ -159,6 +171,11 @@ impl SimHardware {
         (hardware.world.truth(), hardware.world.look_alikes())
     }
 
+    /// The faults that have happened, and those that could not, in order.
+    pub fn faults(&self) -> Vec<FaultRecord> {
+        self.lock().records.clone()
+    }
+
     /// The robot of this world.
     pub fn robot(&self) -> Box<dyn Robot> {
         Box::new(SimRobot(self.clone()))
@@ -189,16 +206,21 @@ impl Hardware {
     }
 
     fn obey(&mut self, command: &Command) {
-        let said = self.sequencer.accept(command.id, &command.kind, &mut SimArm(&mut self.world));
-        if matches!(command.kind, CommandKind::Start(_))
-            && said == Some(StatusKind::Accepted)
-            && let Some(step) = &command.step
-        {
-            self.faults.started(step, self.world.time_ns());
+        let arm = &mut SimArm { world: &mut self.world, faults: &mut self.arm_faults };
+        let said = self.sequencer.accept(command.id, &command.kind, arm);
+        if matches!(command.kind, CommandKind::Start(_)) && said == Some(StatusKind::Accepted) {
+            self.running = command.step.clone().map(|step| (command.id, step));
+            if let Some(step) = &command.step {
+                self.faults.note(Occasion::Started(step), self.world.time_ns());
+            }
+            let has_step = self.running.is_some();
+            let Self { world, sequencer, .. } = self;
+            self.arm_faults.moving(RobotParts { world, sequencer, has_step });
         }
         if let Some(kind) = said {
             self.say(command.id, kind);
         }
+        self.records.append(&mut self.arm_faults.happened);
     }
 
     /// Lets the world go on until `time_ns`, one control period after the other.
@@ -208,18 +230,42 @@ impl Hardware {
             let next_ns = (self.world.time_ns() + period_ns).min(time_ns);
             let before_ns = self.world.time_ns();
             self.world.advance_to(next_ns);
-            for fault in self.faults.due(self.world.time_ns()) {
-                match self.world.apply_fault(&fault) {
-                    Ok(done) => tracing::info!(target: "fault", "{done}"),
-                    Err(error) => tracing::warn!(target: "fault", %error, "not applied"),
+            self.look_what_is_held();
+            self.let_faults_happen();
+            let passed_ns = self.world.time_ns() - before_ns;
+            self.arm_faults.pass(&mut self.world, passed_ns);
+            let arm = &mut SimArm { world: &mut self.world, faults: &mut self.arm_faults };
+            if let Some((id, kind)) = self.sequencer.tick(arm) {
+                self.say(id, kind);
+                if let Some((_, step)) = self.running.take_if(|(running, _)| *running == id) {
+                    self.faults.note(Occasion::Ended(&step), self.world.time_ns());
                 }
             }
-            if let Some((id, kind)) = self.sequencer.tick(&mut SimArm(&mut self.world)) {
-                self.say(id, kind);
-            }
+            self.records.append(&mut self.arm_faults.happened);
             if self.world.time_ns() == before_ns {
                 return; // less than one physics step is left
             }
+        }
+    }
+
+    fn look_what_is_held(&mut self) {
+        let held = self.world.held();
+        if held == self.held.as_deref() {
+            return;
+        }
+        if let Some(object) = held {
+            self.faults.note(Occasion::Taken(object), self.world.time_ns());
+        }
+        self.held = held.map(str::to_owned);
+    }
+
+    fn let_faults_happen(&mut self) {
+        let has_step = self.running.is_some();
+        for due in self.faults.due(self.world.time_ns()) {
+            let Self { world, sequencer, .. } = self;
+            let robot = RobotParts { world, sequencer, has_step };
+            self.records.extend(happen(due, self.faults.seed(), robot, &mut self.arm_faults));
+            self.records.append(&mut self.arm_faults.happened);
         }
     }
 }
@@ -287,34 +333,5 @@ impl Robot for SimRobot {
             hardware.frame
         };
         self.0.released.send_replace(frame + 1);
-    }
-}
-
-/// The gripper of a world.
-struct SimArm<'a>(&'a mut World);
-
-impl Arm for SimArm<'_> {
-    fn go(&mut self, target: Target) -> Result<(), String> {
-        let Target { position, yaw_rad, opening_m, speed_m_s } = target;
-        let command = GripperCommand { position, yaw_rad, opening_m, speed_m_s };
-        self.0.command(&command).map_err(|e| e.to_string())
-    }
-
-    fn has_arrived(&self) -> bool {
-        self.0.gripper().at_target
-    }
-
-    fn is_holding(&self) -> bool {
-        self.0.gripper().holding
-    }
-
-    fn tool(&self) -> Target {
-        let gripper = self.0.gripper();
-        Target {
-            position: gripper.position,
-            yaw_rad: gripper.yaw_rad,
-            opening_m: if gripper.holding { 0.0 } else { gripper.opening_m },
-            speed_m_s: HOLD_SPEED_M_S,
-        }
     }
 }

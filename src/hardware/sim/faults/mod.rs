@@ -1,0 +1,207 @@
+//! Faults of a run file: when they happen, what they do, and what came of them.
+
+mod acting;
+mod draws;
+mod schedule;
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+
+use groundloop_sim::{FaultError, SceneSpec, Shape, World, WorldFault};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde_json::Value;
+
+pub use acting::ActingFault;
+pub(super) use acting::{ArmFaults, RobotParts, SimArm};
+use draws::{Draws, Purpose};
+pub(super) use schedule::{Due, FaultSchedule, Occasion};
+
+use crate::hardware::FaultConfig;
+use crate::metrics::FaultRecord;
+use crate::mismatch::{Mismatch, listed};
+use crate::settings::near_hint;
+
+/// Stands for an object that the seed draws, or for any object.
+const ANY: &str = "any";
+
+/// One thing that goes wrong. Its `kind` says to which group it belongs: what is done to the objects
+/// is the world's, what the robot does wrongly is the robot's.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FaultAction {
+    /// Something happens to the objects.
+    World(WorldFault),
+    /// The robot does not do what it is told.
+    Acting(ActingFault),
+}
+
+impl FaultAction {
+    /// Reads the `action` of a `[[fault]]`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(action: &toml::Table) -> Result<Self, toml::de::Error> {
+        let kind = action.get("kind").and_then(toml::Value::as_str);
+        if kind.is_some_and(|kind| ActingFault::KINDS.contains(&kind)) {
+            return Ok(Self::Acting(action.clone().try_into()?));
+        }
+        Ok(Self::World(action.clone().try_into()?))
+    }
+}
+
+impl JsonSchema for FaultAction {
+    fn schema_name() -> Cow<'static, str> {
+        "FaultAction".into()
+    }
+
+    /// The kinds of all groups, side by side.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let groups = [WorldFault::json_schema(generator), ActingFault::json_schema(generator)];
+        let kinds = groups.iter().filter_map(|group| group.get("oneOf")?.as_array());
+        let kinds: Vec<&Value> = kinds.flatten().collect();
+        json_schema!({ "description": "One thing that goes wrong.", "oneOf": kinds })
+    }
+}
+
+/// Lets a fault happen; what came of it, if that is known already.
+pub(super) fn happen(
+    due: Due,
+    seed: u64,
+    robot: RobotParts<'_>,
+    arm_faults: &mut ArmFaults,
+) -> Option<FaultRecord> {
+    let Due { tag, action } = due;
+    let world = &mut *robot.world;
+    let at_ns = world.time_ns();
+    let (objects, said) = match action {
+        FaultAction::World(fault) => {
+            let draws = Draws::new(seed, (tag.fault, tag.occurrence), Purpose::Object);
+            apply(world, &fault, draws)
+        }
+        FaultAction::Acting(fault) => {
+            let draws = Draws::new(seed, (tag.fault, tag.occurrence), Purpose::Length);
+            let held: Vec<String> = world.held().map(str::to_owned).into_iter().collect();
+            let said = arm_faults.begin(&fault, &tag, draws, robot)?;
+            (held, said)
+        }
+    };
+    Some(record(at_ns, &tag, objects, said))
+}
+
+/// Tells of an occurrence, and writes it down.
+fn record(
+    at_ns: u64,
+    tag: &schedule::Tag,
+    objects: Vec<String>,
+    said: Result<String, String>,
+) -> FaultRecord {
+    match &said {
+        Ok(done) => tracing::info!(target: "fault", "{done}"),
+        Err(error) => tracing::warn!(target: "fault", %error, "not applied"),
+    }
+    let (fault, kind, happened) = (tag.fault, tag.kind.clone(), said.is_ok());
+    let said = said.unwrap_or_else(|error| error);
+    FaultRecord { at_ns, fault, kind, objects, happened, said }
+}
+
+/// Does a fault to its objects, or to one that it fits and that is drawn.
+fn apply(
+    world: &mut World,
+    fault: &WorldFault,
+    mut draws: Draws,
+) -> (Vec<String>, Result<String, String>) {
+    if let WorldFault::TakeFromGripper {} = fault {
+        let held = world.held().map(str::to_owned).into_iter().collect();
+        return (held, world.apply_fault(fault).map_err(|e| e.to_string()));
+    }
+    if fault.objects() != [ANY] {
+        let objects = fault.objects().into_iter().map(str::to_owned).collect();
+        return (objects, world.apply_fault(fault).map_err(|e| e.to_string()));
+    }
+    let mut candidates = world.fault_candidates(fault);
+    draws.shuffle(&mut candidates);
+    let mut reason = "fault: there is no object that it could be done to".to_owned();
+    for object in candidates {
+        match world.apply_fault(&fault.clone().done_to(&object)) {
+            Ok(done) => return (vec![object], Ok(done)),
+            Err(error) => reason = error.to_string(),
+        }
+    }
+    (Vec::new(), Err(reason))
+}
+
+/// What faults name that a scene does not have, and numbers that cannot be, each by its key.
+pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismatch> {
+    let wrong = |(idx, fault): (usize, &FaultConfig)| {
+        let at = format!("fault[{idx}]");
+        let held = fault.holding.as_deref().filter(|name| *name != ANY);
+        let held = held.and_then(|name| unknown(scene, name, &MOVABLE, &format!("{at}.holding")));
+        let in_action = FaultAction::read(&fault.action).ok().and_then(|action| match action {
+            FaultAction::World(fault) => wrong_object(scene, &fault, &at),
+            FaultAction::Acting(_) => None,
+        });
+        held.or(in_action).or_else(|| wrong_number(fault, &at))
+    };
+    faults.iter().enumerate().filter_map(wrong).collect()
+}
+
+/// What an object must be, in words and as a check.
+type Wanted = (&'static str, fn(&Shape) -> bool);
+
+const MOVABLE: Wanted = ("an object that can move", |shape| !shape.is_fixed());
+
+fn wrong_object(scene: &SceneSpec, fault: &WorldFault, at: &str) -> Option<Mismatch> {
+    let wanted = match fault {
+        WorldFault::BesidePeg { .. } => {
+            ("a disk", (|shape| matches!(shape, Shape::Disk { .. })) as fn(&Shape) -> bool)
+        }
+        WorldFault::Push { .. } => ("an object", (|_| true) as fn(&Shape) -> bool),
+        WorldFault::Displace { .. }
+        | WorldFault::KnockOver { .. }
+        | WorldFault::TakeFromGripper {}
+        | WorldFault::Remove { .. }
+        | WorldFault::PutBack { .. }
+        | WorldFault::Swap { .. }
+        | WorldFault::Topple { .. }
+        | WorldFault::Hold { .. } => MOVABLE,
+    };
+    if let WorldFault::Swap { objects: [first, second] } = fault {
+        let key = |idx: usize| format!("{at}.action.objects[{idx}]");
+        let same = || Mismatch::new(key(1), "another object than the first", quoted(second));
+        return unknown(scene, first, &wanted, &key(0))
+            .or_else(|| unknown(scene, second, &wanted, &key(1)))
+            .or_else(|| (first == second).then(same));
+    }
+    let named = fault.objects().into_iter().find(|name| *name != ANY)?;
+    unknown(scene, named, &wanted, &format!("{at}.action.object"))
+}
+
+/// An object that the scene does not have.
+fn unknown(scene: &SceneSpec, object: &str, (what, fits): &Wanted, key: &str) -> Option<Mismatch> {
+    let known = scene.bodies.iter().filter(|body| fits(&body.shape));
+    let known: Vec<&str> = known.map(|body| body.name.as_str()).collect();
+    if known.contains(&object) {
+        return None;
+    }
+    let list = if known.is_empty() { "there is none".to_owned() } else { known.join(", ") };
+    let got = format!("{}{}", quoted(object), near_hint(object, known));
+    Some(Mismatch::new(key, format!("{what} in the scene ({list})"), got))
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{text}\"")
+}
+
+/// A number of an action that cannot be.
+fn wrong_number(fault: &FaultConfig, at: &str) -> Option<Mismatch> {
+    let checked = match FaultAction::read(&fault.action).ok()? {
+        FaultAction::World(fault) => fault.check(),
+        FaultAction::Acting(fault) => fault.check(),
+    };
+    let FaultError::BadNumber { key, expected } = checked.err()? else { return None };
+    let got = match fault.action.get(key) {
+        Some(toml::Value::Array(values)) => listed(values),
+        got => got.map(ToString::to_string).unwrap_or_default(),
+    };
+    Some(Mismatch::new(format!("{at}.action.{key}"), expected, got))
+}

@@ -1,0 +1,165 @@
+//! When the faults of a run file happen.
+
+use super::FaultAction;
+use super::draws::{Draws, Purpose};
+use crate::hardware::FaultConfig;
+use crate::pddl::Step;
+
+/// The faults of a run, and how often each has had its occasion.
+#[derive(Debug, Clone, Default)]
+pub(in crate::hardware::sim) struct FaultSchedule {
+    entries: Vec<Entry>,
+    seed: u64,
+}
+
+/// A fault that is due.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::hardware::sim) struct Due {
+    pub(super) tag: Tag,
+    pub(super) action: FaultAction,
+}
+
+/// Which occurrence of which fault.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(in crate::hardware::sim) struct Tag {
+    /// Its place in the run file, from 0.
+    pub(super) fault: usize,
+    /// Counted from 1.
+    pub(super) occurrence: u64,
+    /// The kind of its action.
+    pub(super) kind: String,
+}
+
+#[derive(Debug, Clone)]
+struct Entry {
+    action: FaultAction,
+    kind: String,
+    trigger: Trigger,
+    /// At which occasion; at every one without it.
+    nth: Option<u64>,
+    after_ns: u64,
+    probability: f64,
+    n_occasions: u64,
+    /// What waits for its time: when, and which occurrence.
+    waiting: Vec<(u64, u64)>,
+}
+
+#[derive(Debug, Clone)]
+enum Trigger {
+    /// Nothing more: it waits for its time from the start.
+    Time,
+    /// The start of a step that fits.
+    During(String),
+    /// The end of a step that fits.
+    After(String),
+    /// The gripper takes an object of this name.
+    Holding(String),
+}
+
+/// What a trigger may wait for.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::hardware::sim) enum Occasion<'a> {
+    /// A step has started.
+    Started(&'a Step),
+    /// A step has ended.
+    Ended(&'a Step),
+    /// The gripper has taken an object.
+    Taken(&'a str),
+}
+
+impl FaultSchedule {
+    /// The schedule of a run file.
+    pub(in crate::hardware::sim) fn new(
+        faults: &[FaultConfig],
+        seed: u64,
+    ) -> Result<Self, toml::de::Error> {
+        let entry = |(fault, config): (usize, &FaultConfig)| Entry::new(fault, config, seed);
+        let entries = faults.iter().enumerate().map(entry);
+        Ok(Self { entries: entries.collect::<Result<_, _>>()?, seed })
+    }
+
+    /// Takes note that something has happened that faults may wait for.
+    pub(in crate::hardware::sim) fn note(&mut self, occasion: Occasion<'_>, now_ns: u64) {
+        for (fault, entry) in self.entries.iter_mut().enumerate() {
+            if !entry.trigger.fits(occasion) {
+                continue;
+            }
+            entry.n_occasions += 1;
+            let occurrence = entry.n_occasions;
+            if entry.nth.is_none_or(|nth| nth == occurrence) {
+                entry.decide(fault, occurrence, now_ns + entry.after_ns, self.seed);
+            }
+        }
+    }
+
+    /// Takes out what is due.
+    pub(in crate::hardware::sim) fn due(&mut self, now_ns: u64) -> Vec<Due> {
+        let mut due = Vec::new();
+        for (fault, entry) in self.entries.iter_mut().enumerate() {
+            let is_due = |(at_ns, _): &mut (u64, u64)| *at_ns <= now_ns;
+            for (_, occurrence) in entry.waiting.extract_if(.., is_due) {
+                let tag = Tag { fault, occurrence, kind: entry.kind.clone() };
+                due.push(Due { tag, action: entry.action.clone() });
+            }
+        }
+        due
+    }
+
+    /// The seed that everything is drawn from.
+    pub(in crate::hardware::sim) fn seed(&self) -> u64 {
+        self.seed
+    }
+}
+
+impl Entry {
+    fn new(fault: usize, config: &FaultConfig, seed: u64) -> Result<Self, toml::de::Error> {
+        let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
+        let kind = config.action.get("kind").and_then(toml::Value::as_str).unwrap_or_default();
+        let trigger = match (&config.during, &config.after, &config.holding) {
+            (Some(pattern), ..) => Trigger::During(pattern.clone()),
+            (None, Some(pattern), _) => Trigger::After(pattern.clone()),
+            (None, None, Some(object)) => Trigger::Holding(object.clone()),
+            (None, None, None) => Trigger::Time,
+        };
+        let is_every = config.every == Some(true);
+        let mut entry = Self {
+            action: FaultAction::read(&config.action)?,
+            kind: kind.to_owned(),
+            trigger,
+            nth: (!is_every).then(|| u64::from(config.nth.unwrap_or(1))),
+            after_ns: nanoseconds(config.after_s.unwrap_or(0.0)),
+            probability: config.probability.unwrap_or(1.0),
+            n_occasions: 0,
+            waiting: Vec::new(),
+        };
+        if let Some(at_s) = config.at_s {
+            let [low, high] = at_s.bounds_s();
+            let at_s = Draws::new(seed, (fault, 1), Purpose::Time).between([low, high]);
+            entry.decide(fault, 1, nanoseconds(at_s), seed);
+        }
+        Ok(entry)
+    }
+
+    /// Draws whether an occurrence happens.
+    fn decide(&mut self, fault: usize, occurrence: u64, at_ns: u64, seed: u64) {
+        let drawn = Draws::new(seed, (fault, occurrence), Purpose::Chance).unit();
+        if drawn < self.probability {
+            self.waiting.push((at_ns, occurrence));
+        }
+    }
+}
+
+impl Trigger {
+    fn fits(&self, occasion: Occasion<'_>) -> bool {
+        match (self, occasion) {
+            (Self::During(pattern), Occasion::Started(step))
+            | (Self::After(pattern), Occasion::Ended(step)) => {
+                pattern == step.action.as_str() || *pattern == step.to_string()
+            }
+            (Self::Holding(object), Occasion::Taken(taken)) => {
+                object == super::ANY || object == taken
+            }
+            (Self::Time | Self::During(_) | Self::After(_) | Self::Holding(_), _) => false,
+        }
+    }
+}
