@@ -1,19 +1,24 @@
-//! A push that is repeated, harder each time, until its objects are off what they stood on.
+//! What faults have begun and not yet ended: pushes, shifts, and objects in people's hands.
 
 use nalgebra::Vector3;
 
+use crate::config::STEPS_PER_SECOND;
+
 /// Steps between two pushes of one knock: 0.6 s.
-const PUSH_STEPS: u64 = crate::config::STEPS_PER_SECOND * 6 / 10;
+const PUSH_STEPS: u64 = STEPS_PER_SECOND * 6 / 10;
 const PUSHES_MAX: u32 = 8;
 /// Speed that a push gives to 5 cm blocks, in metres per second; larger ones get more.
 const PUSH_SPEED_M_S: f64 = 0.62;
 /// How much faster each further push is.
 const PUSH_GROWTH: f64 = 1.25;
 
+/// Mean speed of a shift, in metres per second.
+const SHIFT_SPEED_M_S: f64 = 0.25;
+
 /// A body, what it is to be pushed off (nothing: it only goes along), and its share of the speed.
 type Pushed = (usize, Option<usize>, f64);
 
-/// A push under way.
+/// A push that is repeated, harder each time, until its objects are off what they stood on.
 #[derive(Debug, Clone)]
 pub(crate) struct Push {
     group: Vec<Pushed>,
@@ -63,5 +68,53 @@ impl Push {
     /// Whether it will not be given again.
     pub(crate) fn is_done(&self) -> bool {
         self.n_left == 0
+    }
+}
+
+/// An object in a person's hand.
+#[derive(Debug, Clone)]
+pub(crate) struct InHand {
+    pub(crate) body: usize,
+    pub(crate) steps_left: u64,
+}
+
+/// What faults have begun and not yet ended.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct UnderWay {
+    pub(crate) pushes: Vec<Push>,
+    pub(crate) shifts: Vec<Shift>,
+    pub(crate) in_hand: Vec<InHand>,
+}
+
+/// A group of bodies on its way to another place.
+#[derive(Debug, Clone)]
+pub(crate) struct Shift {
+    pub(crate) group: Vec<usize>,
+    by_m: Vector3<f64>,
+    n_steps: u64,
+    n_done: u64,
+}
+
+impl Shift {
+    /// A shift that begins.
+    pub(crate) fn new(group: Vec<usize>, by_m: Vector3<f64>) -> Self {
+        let n_steps = (by_m.norm() / SHIFT_SPEED_M_S * STEPS_PER_SECOND as f64).ceil() as u64;
+        Self { group, by_m, n_steps, n_done: 0 }
+    }
+
+    /// Whether it has taken all its way.
+    pub(crate) fn is_done(&self) -> bool {
+        self.n_done >= self.n_steps
+    }
+
+    /// The way of the next step: slow at first and at the end.
+    pub(crate) fn next(&mut self) -> Vector3<f64> {
+        let eased = |n: u64| {
+            let share = n as f64 / self.n_steps as f64;
+            share * share * (3.0 - 2.0 * share)
+        };
+        let way = self.by_m * (eased(self.n_done + 1) - eased(self.n_done));
+        self.n_done += 1;
+        way
     }
 }

@@ -10,10 +10,10 @@ use rapier3d::prelude::{
 use crate::bodies;
 use crate::config::{STEPS_PER_SECOND, WorldConfig};
 use crate::convert;
-use crate::faults::UnderWay;
 use crate::grasp::{self, Span};
 use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
 use crate::layout;
+use crate::push::UnderWay;
 use crate::random::Random;
 use crate::scene::{BodySpec, SceneError, SceneSpec};
 

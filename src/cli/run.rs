@@ -286,8 +286,7 @@ fn faults(records: &[FaultRecord]) -> Option<String> {
     let list: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
     let list = if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) };
     let refused = records.len() - happened;
-    (!records.is_empty())
-        .then(|| format!("{happened} faults happened{list}, {refused} could not be applied"))
+    (!records.is_empty()).then(|| format!("faults: {happened} happened{list}, {refused} could not"))
 }
 
 fn latency_table(report: &EpisodeReport) -> Table {

@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use error::FaultError;
-pub(crate) use pushing::UnderWay;
 
 use crate::world::World;
 

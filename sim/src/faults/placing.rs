@@ -6,6 +6,7 @@ use super::FaultError;
 use crate::bodies;
 use crate::config::STEPS_PER_SECOND;
 use crate::places::{Footprint, Obstacle, Places};
+use crate::push::InHand;
 use crate::world::World;
 
 /// Gap left below an object that is set down, in metres.
@@ -18,13 +19,6 @@ const OVERLAP_MAX_M: f64 = 0.001;
 const OUT_M: f64 = 100.0;
 /// Steps until a person looks for a free place again: 0.25 s.
 const RETRY_STEPS: u64 = STEPS_PER_SECOND / 4;
-
-/// An object in a person's hand.
-#[derive(Debug, Clone)]
-pub(super) struct InHand {
-    body: usize,
-    steps_left: u64,
-}
 
 impl World {
     pub(super) fn displace(

@@ -3,49 +3,15 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::FaultError;
-use super::placing::InHand;
-use crate::config::STEPS_PER_SECOND;
 use crate::places::{Obstacle, Places};
-use crate::push::Push;
+use crate::push::{Push, Shift};
 use crate::shape::Shape;
 use crate::world::World;
 
-/// Mean speed of a shift, in metres per second.
-const SHIFT_SPEED_M_S: f64 = 0.25;
 /// How much harder the top of a tower is pushed than its second block.
 const TOPPLE_GROWTH: f64 = 1.4;
 /// How far apart a shift is looked at for what is in its way, in metres.
 const SHIFT_CHECK_M: f64 = 0.01;
-
-/// What faults have begun and not yet ended.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct UnderWay {
-    pushes: Vec<Push>,
-    shifts: Vec<Shift>,
-    pub(super) in_hand: Vec<InHand>,
-}
-
-/// A group of bodies on its way to another place.
-#[derive(Debug, Clone)]
-struct Shift {
-    group: Vec<usize>,
-    by_m: Vector3<f64>,
-    n_steps: u64,
-    n_done: u64,
-}
-
-impl Shift {
-    /// The way of the next step: slow at first and at the end.
-    fn next(&mut self) -> Vector3<f64> {
-        let eased = |n: u64| {
-            let share = n as f64 / self.n_steps as f64;
-            share * share * (3.0 - 2.0 * share)
-        };
-        let way = self.by_m * (eased(self.n_done + 1) - eased(self.n_done));
-        self.n_done += 1;
-        way
-    }
-}
 
 impl World {
     /// Carries on what faults have begun, by one step.
@@ -79,7 +45,7 @@ impl World {
                 }
             }
         }
-        shifts.retain(|shift| shift.n_done < shift.n_steps);
+        shifts.retain(|shift| !shift.is_done());
         self.under_way.shifts = shifts;
     }
 
@@ -166,11 +132,10 @@ impl World {
                 group.iter().map(|&idx| (idx, way * self.pose(idx))).collect();
             self.check_room(&moved)?;
         }
-        let n_steps = (by.norm() / SHIFT_SPEED_M_S * STEPS_PER_SECOND as f64).ceil() as u64;
         let names: Vec<&str> = group.iter().map(|&idx| self.name(idx)).collect();
         let [x, y] = by_m;
         let what = format!("pushed {} by ({x:.2}, {y:.2}) m", names.join(", "));
-        self.under_way.shifts.push(Shift { group, by_m: by, n_steps, n_done: 0 });
+        self.under_way.shifts.push(Shift::new(group, by));
         Ok(what)
     }
 
