@@ -13,7 +13,7 @@ use super::out::Stream;
 use super::reports::RunReport;
 use super::services::ServiceArgs;
 use super::table::{self, right};
-use super::{Failure, out};
+use super::{Failure, exit, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
 use crate::metrics::{EpisodeReport, FaultRecord, Quantiles};
@@ -108,6 +108,9 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
         }
         let verdict = &episode.end.verdict;
         worst = worst.max(verdict.exit_code());
+        if episode.report.is_false() {
+            worst = worst.max(exit::CHECK_FAILED);
+        }
         let stopped = matches!(verdict, Verdict::Stopped(_));
         if args.episodes == 1 && *verdict == Verdict::Planned && !args.json {
             episode.report.plan.iter().for_each(|step| out::line(step));
@@ -248,16 +251,49 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
         reports => {
             out::line("");
             Stream::Output.table(episode_table(reports));
-            let reached = reports.iter().filter(|r| r.verdict == "reached").count();
-            out::line(&format!("reached {reached}/{}", reports.len()));
+            let told = reports.iter().map(|r| (r.seed, r.verdict, r.goal_in_simulator));
+            out::line(&tally(&told.collect::<Vec<_>>()));
             Ok(())
         }
     }
 }
 
+/// How many episodes have reached their goals, and in how many the goals really hold: of each its seed, its
+/// verdict, and whether its goal holds in the simulator.
+fn tally(episodes: &[(u64, &str, Option<bool>)]) -> String {
+    let reached = episodes.iter().filter(|(_, verdict, _)| *verdict == "reached");
+    let mut told = format!("reached {}/{}", reached.clone().count(), episodes.len());
+    let truths: Vec<bool> = episodes.iter().filter_map(|(_, _, holds)| *holds).collect();
+    if !truths.is_empty() {
+        let n_true = truths.iter().filter(|holds| **holds).count();
+        told += &format!(", the goal holds in the simulator in {n_true}/{}", truths.len());
+    }
+    let wrong = reached.filter(|(_, _, holds)| *holds == Some(false));
+    let wrong: Vec<String> = wrong.map(|(seed, _, _)| seed.to_string()).collect();
+    if !wrong.is_empty() {
+        told += &format!("\nFALSE: reached, but not in the simulator: seeds {}", wrong.join(", "));
+    }
+    told
+}
+
+/// Whether the goal holds in the simulator, for a table.
+fn truth_word(report: &EpisodeReport) -> &'static str {
+    match report.goal_in_simulator {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "",
+    }
+}
+
 fn summary(report: &EpisodeReport) -> String {
+    let truth = match report.goal_in_simulator {
+        _ if report.is_false() => "FALSE: the goal does not hold in the simulator\n",
+        Some(true) => "the goal holds in the simulator\n",
+        Some(false) => "the goal does not hold in the simulator\n",
+        None => "",
+    };
     format!(
-        "{}: {}\nseed {}, {} cycles, {} frames, {} replans, {} skills done, {} failed\n\
+        "{}: {}\n{truth}seed {}, {} cycles, {} frames, {} replans, {} skills done, {} failed\n\
          {:.1} s run time in {:.1} s wall clock ({:.1}x), {:.1} ms CPU per frame\n\
          decision hash {}",
         report.verdict,
@@ -311,6 +347,7 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
     table.set_header([
         "seed",
         "verdict",
+        "true",
         "cycles",
         "replans",
         "done",
@@ -328,6 +365,7 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
         table.add_row([
             right(report.seed),
             Cell::new(report.verdict),
+            Cell::new(truth_word(report)),
             right(report.cycles),
             right(report.replans),
             right(report.skills_done),
@@ -346,5 +384,24 @@ fn episode_table(reports: &[EpisodeReport]) -> Table {
 impl From<crate::transport::TransportError> for Failure {
     fn from(error: crate::transport::TransportError) -> Self {
         RunError::from(error).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tally;
+
+    /// What is reached and not so is a class of its own.
+    #[test]
+    fn false_verdicts_are_told_by_their_seeds() {
+        let (yes, no) = (Some(true), Some(false));
+        let episodes =
+            [(1, "reached", yes), (2, "gave-up", no), (3, "reached", no), (5, "reached", no)];
+        let told = "reached 3/4, the goal holds in the simulator in 1/4\n\
+                    FALSE: reached, but not in the simulator: seeds 3, 5";
+        assert_eq!(tally(&episodes), told);
+        let told = "reached 1/2, the goal holds in the simulator in 1/2";
+        assert_eq!(tally(&episodes[..2]), told);
+        assert_eq!(tally(&[(1, "planned", None)]), "reached 0/1", "without a simulator");
     }
 }

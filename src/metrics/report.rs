@@ -52,6 +52,13 @@ pub struct EpisodeReport {
     pub faults: Vec<FaultRecord>,
 }
 
+impl EpisodeReport {
+    /// Whether the loop says that the goal is reached, and in the simulated world it is not.
+    pub fn is_false(&self) -> bool {
+        self.verdict == Verdict::Reached.word() && self.goal_in_simulator == Some(false)
+    }
+}
+
 /// One occurrence of a `[[fault]]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FaultRecord {
