@@ -130,7 +130,7 @@ fn the_page_has_every_kind_and_its_examples_are_run_files() {
 /// An episode of blocksworld with faults.
 fn report(faults: &str, seed: u64) -> EpisodeReport {
     let mut config = small("blocksworld.toml", &["sim.scene=scenes/three_blocks.toml", faults]);
-    config.goal.text = "red over blue over green".to_owned();
+    "red over blue over green".clone_into(&mut config.goal.text);
     config.seed = seed;
     let run = TestRun::new();
     let report = run.run(config).unwrap().report;
