@@ -268,10 +268,10 @@ fn a_motion_that_hangs_can_be_broken_off() {
     let mut bench = bench(&text, 1);
     let at = bench.body("green_block").position;
     bench.tell(CommandKind::Start(Motion { waypoints: pick(at) }), Some("pick_up green_block arm"));
-    bench.wait(0.5);
+    bench.wait(1.0);
     let before = bench.robot.state().1.position;
     bench.tell(CommandKind::Cancel, None);
-    bench.wait(1.0);
+    bench.wait(0.7);
     assert_eq!(bench.robot.state().1.position, before, "it stands still all the same");
     assert_eq!(bench.said.len(), 1, "it hangs: {:?}", bench.said);
     bench.wait(2.0);
