@@ -264,11 +264,11 @@ fn a_motion_that_hangs_stands_still_and_then_goes_on() {
 /// A motion that is broken off while it hangs goes up once it can.
 #[test]
 fn a_motion_that_hangs_can_be_broken_off() {
-    let text = fault("during = 'pick_up'\nafter_s = 0.3", "kind = 'hang', for_s = 2.0");
+    let text = fault("during = 'pick_up'\nafter_s = 0.8", "kind = 'hang', for_s = 2.0");
     let mut bench = bench(&text, 1);
     let at = bench.body("green_block").position;
     bench.tell(CommandKind::Start(Motion { waypoints: pick(at) }), Some("pick_up green_block arm"));
-    bench.wait(1.0);
+    bench.wait(1.5);
     let before = bench.robot.state().1.position;
     bench.tell(CommandKind::Cancel, None);
     bench.wait(0.7);
