@@ -539,6 +539,7 @@ const REPORT_KEYS: [&str; 18] = [
     "goal",
     "goal_in_simulator",
     "facts",
+    "faults",
 ];
 
 #[track_caller]
