@@ -520,7 +520,7 @@ fn a_goal_about_something_else_is_refused() {
 // ── run ─────────────────────────────────────────────────────────────────────────────────────────
 
 /// What the JSON of an episode holds, in this order.
-const REPORT_KEYS: [&str; 18] = [
+const REPORT_KEYS: [&str; 19] = [
     "verdict",
     "reason",
     "seed",

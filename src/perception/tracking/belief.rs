@@ -156,6 +156,14 @@ impl Belief {
         predicted.map(|(atom, _)| atom)
     }
 
+    /// What holds of an object that was taken without being asked for need not hold any more.
+    pub(super) fn doubt_relations(&mut self, taken: &Name) {
+        let of_it = self.entries.iter_mut().filter(|(atom, _)| atom.args.contains(taken));
+        for (_, entry) in of_it.filter(|(_, entry)| entry.confirmed.is_true()) {
+            entry.believe(Truth::Unknown, Origin::Remembered);
+        }
+    }
+
     /// Everything that is believed of one object is believed of it under its new name.
     pub(super) fn rename(&mut self, from: &Name, to: &Name) {
         let renamed = |mut atom: Atom| {

@@ -25,6 +25,8 @@ pub struct SceneParser {
     belief: Belief,
     gripper: GripperContent,
     running: Option<RunningStep>,
+    /// What the gripper holds though no step was to take it.
+    taken_unasked: Option<Name>,
     /// What was believed after the last frame, completed.
     confirmed: Facts,
 }
@@ -44,6 +46,7 @@ impl Default for SceneParser {
             belief: Belief::default(),
             gripper: GripperContent::Empty,
             running: None,
+            taken_unasked: None,
             confirmed: Facts::default(),
         }
     }
@@ -95,6 +98,9 @@ impl SceneParser {
         self.rename(config.belief.confirm_frames);
 
         let (readings, anomalies) = self.judge(config, context, &unexplained)?;
+        if let Some(taken) = &self.taken_unasked {
+            self.belief.doubt_relations(taken);
+        }
         let latched = self.latched();
         let lost = self.lost(&config.belief);
         let confirm_frames = config.belief.confirm_frames;
@@ -171,6 +177,11 @@ impl SceneParser {
             reach_m: config.belief.grasp_reach_m,
         };
         let now = gripper::follow(&self.gripper, robot, taking);
+        let now_held = held(&now).cloned();
+        let is_new = now_held.is_some() && held(&self.gripper).is_none();
+        let is_unasked = is_new && now_held.as_ref() != carried;
+        self.taken_unasked =
+            now_held.filter(|name| is_unasked || self.taken_unasked.as_ref() == Some(name));
         let before = std::mem::replace(&mut self.gripper, now);
         let held = held(&self.gripper).or(held(&before));
         let held = self.tracker.tracks.iter_mut().find(|t| Some(&t.object.name) == held);

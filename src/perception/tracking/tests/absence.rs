@@ -137,6 +137,24 @@ fn a_prediction_that_the_gripper_contradicts_is_not_believed() {
     }
 }
 
+/// Somebody has put another block where the step's was: it is in the gripper, and no longer on what it was on.
+#[test]
+fn what_is_taken_unasked_need_not_be_where_it_was() {
+    let mut eyes = before_a_wall();
+    let green = block("green", -100.0, 0.0);
+    let all = [stacked().to_vec(), vec![green.clone()]].concat();
+    eyes.stare(SETTLE, &all);
+    eyes.start("(pick_up green_block arm)");
+    eyes.grasp(100.0, 80.0);
+    let left = [block("blue", 100.0, 0.0), green];
+    eyes.look(&left);
+    eyes.robot.position.z = 0.4;
+    eyes.end(StatusKind::Failed("it is another one".to_owned()));
+    let scene = eyes.stare(CONFIRM_FRAMES, &left);
+    check(&scene, &[("holding red_block", True), (ON, Unknown), ("clear blue_block", Unknown)]);
+    check(&scene, &[("on red_block green_block", False), ("clear green_block", True)]);
+}
+
 /// The disk is lifted from around its peg: the tool is in the peg, and above the disk by now.
 #[test]
 fn what_the_step_takes_is_held_though_something_else_is_nearer() {
