@@ -59,12 +59,20 @@ pub(super) struct Latched {
     pub(super) atoms: BTreeSet<Atom>,
     /// The object that it carries.
     pub(super) carried: Option<Name>,
+    /// The object in the gripper: nothing comes to be true of it and one that is lost.
+    pub(super) held: Option<Name>,
 }
 
 impl Latched {
     pub(super) fn holds_back(&self, atom: &Atom) -> bool {
         self.atoms.contains(atom)
             || self.carried.as_ref().is_some_and(|carried| atom.args.contains(carried))
+    }
+}
+
+impl Latched {
+    fn is_of_held(&self, atom: &Atom) -> bool {
+        self.held.as_ref().is_some_and(|held| atom.args.contains(held))
     }
 }
 
@@ -110,7 +118,10 @@ impl Belief {
                     }
                     unsettled += u32::from(entry.confirmed != entry.candidate);
                 }
-                (None, None) if atom.args.iter().any(|arg| lost.contains(arg)) => {
+                (None, None)
+                    if atom.args.iter().any(|arg| lost.contains(arg))
+                        && !(entry.confirmed.is_false() && latched.is_of_held(atom)) =>
+                {
                     entry.believe(Truth::Unknown, Origin::Remembered);
                 }
                 (None, None) => {

@@ -309,11 +309,13 @@ impl SceneParser {
     }
 
     fn latched(&self) -> Latched {
-        let Some(running) = &self.running else { return Latched::default() };
+        let held = held(&self.gripper).cloned();
+        let Some(running) = &self.running else { return Latched { held, ..Latched::default() } };
         let effects = &running.effects;
         Latched {
             atoms: effects.add.union(&effects.delete).cloned().collect(),
             carried: running.carried.clone(),
+            held,
         }
     }
 

@@ -155,6 +155,25 @@ fn what_is_taken_unasked_need_not_be_where_it_was() {
     check(&scene, &[("on red_block green_block", False), ("clear green_block", True)]);
 }
 
+/// While one block is in the gripper another leaves and comes back: the first is not on it.
+#[test]
+fn what_comes_back_does_not_carry_what_is_held() {
+    let mut eyes = before_a_wall();
+    let [red, blue] = apart();
+    eyes.stare(SETTLE, &[red, blue.clone()]);
+    eyes.start("(pick_up red_block arm)");
+    eyes.grasp(-100.0, 30.0);
+    eyes.look(std::slice::from_ref(&blue));
+    eyes.robot.position.z = 0.4;
+    eyes.end(StatusKind::Done);
+    eyes.look(std::slice::from_ref(&blue));
+    let scene = eyes.stare(CONFIRM_FRAMES, &[]);
+    assert_eq!(names(&scene), ["red_block"]);
+    let scene = eyes.stare(CONFIRM_FRAMES, &[blue]);
+    assert_eq!(names(&scene), ["blue_block", "red_block"]);
+    check(&scene, &[(ON, False), ("clear blue_block", True), ("holding red_block", True)]);
+}
+
 /// The disk is lifted from around its peg: the tool is in the peg, and above the disk by now.
 #[test]
 fn what_the_step_takes_is_held_though_something_else_is_nearer() {
