@@ -262,18 +262,19 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
 /// verdict, and whether its goal holds in the simulator.
 fn tally(episodes: &[(u64, &str, Option<bool>)]) -> String {
     let reached = episodes.iter().filter(|(_, verdict, _)| *verdict == "reached");
-    let mut told = format!("reached {}/{}", reached.clone().count(), episodes.len());
+    let mut told = vec![format!("reached {}/{}", reached.clone().count(), episodes.len())];
     let truths: Vec<bool> = episodes.iter().filter_map(|(_, _, holds)| *holds).collect();
     if !truths.is_empty() {
         let n_true = truths.iter().filter(|holds| **holds).count();
-        told += &format!(", the goal holds in the simulator in {n_true}/{}", truths.len());
+        told.push(format!(", the goal holds in the simulator in {n_true}/{}", truths.len()));
     }
     let wrong = reached.filter(|(_, _, holds)| *holds == Some(false));
     let wrong: Vec<String> = wrong.map(|(seed, _, _)| seed.to_string()).collect();
     if !wrong.is_empty() {
-        told += &format!("\nFALSE: reached, but not in the simulator: seeds {}", wrong.join(", "));
+        let seeds = wrong.join(", ");
+        told.push(format!("\nFALSE: reached, but not in the simulator: seeds {seeds}"));
     }
-    told
+    told.concat()
 }
 
 /// Whether the goal holds in the simulator, for a table.

@@ -57,11 +57,7 @@ impl Executive {
 
     /// The plan from the first scene in which everything is confirmed.
     fn first_plan(cycle: &Cycle<'_>) -> Option<VecDeque<Step>> {
-        match &cycle.input.plan.verdict {
-            PlanVerdict::Plan { steps, .. } if cycle.is_settled() => {
-                Some(steps.iter().cloned().collect())
-            }
-            _ => None,
-        }
+        let PlanVerdict::Plan { steps, .. } = &cycle.input.plan.verdict else { return None };
+        cycle.is_settled().then(|| steps.iter().cloned().collect())
     }
 }

@@ -409,7 +409,9 @@ impl SceneParser {
         let predicted: BTreeSet<&Atom> =
             self.belief.predicted().filter(|a| is_present(a)).collect();
         let mut seen = confirmed.clone();
-        predicted.iter().for_each(|atom| seen.set((*atom).clone(), Truth::Unknown));
+        for atom in &predicted {
+            seen.set((*atom).clone(), Truth::Unknown);
+        }
         let seen = (!predicted.is_empty()).then(|| completed(&seen));
         let (raw, confirmed) = (completed(&raw), completed(&confirmed));
         // What follows from a prediction is one.

@@ -25,7 +25,7 @@ pub fn plan_to_wire(
     let mut header = context.header(&plan.cause);
     header.stage_us = [plan.plan_us, 0];
     header.unsettled =
-        u32::from(plan.of_all) * OF_ALL | u32::from(plan.is_predicted) * IS_PREDICTED;
+        (u32::from(plan.of_all) * OF_ALL) | (u32::from(plan.is_predicted) * IS_PREDICTED);
     header.source = source_to_wire(plan.source);
     header.expansions = plan.expansions;
     header.observe_ns = [plan.observe.cpu_ns, plan.observe.wall_ns];
