@@ -151,7 +151,7 @@ fn wrong_settings_of_cameras_are_told_with_their_keys() {
         ),
         ("cameras.back.kind=external", "cameras.back.kind: expected the kind of camera and robot"),
         ("cameras.back.exemplar.image=x.png", "cameras.back.exemplar: expected either folder"),
-        ("cameras.back.exemplar.folder=sim_320x240", "sim.cameras.back: expected the image size"),
+        ("sim.cameras.back.height=300", "sim.cameras.back: expected 640x480 pixels"),
         ("sim.cameras.back.position=[0, 0, 1]", "position: unknown key; did you mean position_m?"),
         ("sim.cameras.back.mount=carrige", "did you mean \"carriage\"?"),
         ("camera.skew_ms_max=-1", "camera.skew_ms_max"),
