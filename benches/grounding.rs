@@ -95,8 +95,11 @@ fn ground(criterion: &mut Criterion, domain: &str) {
             let exemplars = Exemplars::new(exemplars.collect()).unwrap();
             for name in GROUNDERS.names() {
                 let choice = PartChoice::new("perception.grounder", name);
-                let (domain, perception) = (&folder.domain, &folder.perception);
-                let inputs = GrounderInputs { domain, perception, exemplars: &exemplars };
+                let inputs = GrounderInputs {
+                    domain: &folder.domain,
+                    perception: &folder.perception,
+                    exemplars: &exemplars,
+                };
                 let context = PartContext { choice: &choice, inputs, environment: |_| None };
                 let grounder = GROUNDERS.build(&context).unwrap();
                 let scenes = [10, 60].map(|n| objects(&all, n).into_iter().map(reduced).collect());
