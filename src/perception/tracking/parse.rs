@@ -365,13 +365,16 @@ impl SceneParser {
         let is_own = |atom: &Atom| {
             config.perception.proprioceptive.iter().any(|p| p.predicate == atom.predicate)
         };
+        // What the step carried may have gone meanwhile.
+        let are_there =
+            |atom: &Atom| atom.args.iter().all(|arg| objects.iter().any(|o| o.name == *arg));
         let atoms: BTreeSet<Atom> = raw
             .known
             .iter()
             .chain(&raw.unknown)
             .chain(&self.confirmed.known)
             .chain(&self.confirmed.unknown)
-            .filter(|atom| is_own(atom) && latched.holds_back(atom))
+            .filter(|atom| is_own(atom) && latched.holds_back(atom) && are_there(atom))
             .cloned()
             .collect();
         for atom in atoms {

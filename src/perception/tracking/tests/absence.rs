@@ -174,6 +174,27 @@ fn what_comes_back_does_not_carry_what_is_held() {
     check(&scene, &[(ON, False), ("clear blue_block", True), ("holding red_block", True)]);
 }
 
+/// What falls out of the gripper in mid-step is no object, and nothing is said of it, though the step goes on.
+#[test]
+fn nothing_is_said_of_what_is_lost_in_mid_step() {
+    let mut eyes = before_a_wall();
+    eyes.stare(SETTLE, &apart());
+    let [_, blue] = apart();
+    let blue = std::slice::from_ref(&blue);
+    eyes.grasp(-100.0, 30.0);
+    eyes.look(blue);
+    eyes.start(STACK);
+    eyes.robot.position = Point3::new(0.0, 0.025, 0.3);
+    let scene = eyes.stare(CONFIRM_FRAMES, blue);
+    check(&scene, &[("holding red_block", True)]);
+    eyes.robot.holding = false;
+    eyes.look(blue);
+    eyes.robot.position.z = 0.6;
+    let scene = eyes.stare(CONFIRM_FRAMES, blue);
+    assert_eq!(names(&scene), ["blue_block"]);
+    assert!(scene.facts.iter().all(|f| !f.atom.args.contains(&"red_block".into())));
+}
+
 /// The disk is lifted from around its peg: the tool is in the peg, and above the disk by now.
 #[test]
 fn what_the_step_takes_is_held_though_something_else_is_nearer() {
