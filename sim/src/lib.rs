@@ -89,6 +89,7 @@ pub use gripper::{
     ACCELERATION_MAX_M_S2, CommandError, GripperCommand, GripperState, OPENING_MAX_M,
     SPEED_MAX_M_S, WORKSPACE_M,
 };
+pub use random::Random;
 pub use render::{Frame, Renderer};
 pub use scene::{Arrangement, BODIES_MAX, BodySpec, FixedStack, FixedTower, SceneError, SceneSpec};
 pub use shape::{Colour, Shape};

@@ -95,3 +95,27 @@ pub enum FaultError {
         expected: &'static str,
     },
 }
+
+impl FaultError {
+    /// Checks how long a fault lasts, in seconds.
+    ///
+    /// # Errors
+    /// [`FaultError::BadNumber`] with the key `for_s`.
+    pub fn check_duration(for_s: f64) -> Result<(), Self> {
+        let expected = "a finite number above 0";
+        (for_s.is_finite() && for_s > 0.0)
+            .then_some(())
+            .ok_or(Self::BadNumber { key: "for_s", expected })
+    }
+
+    /// Checks how far a fault shifts something, in metres.
+    ///
+    /// # Errors
+    /// [`FaultError::BadNumber`] with the key `by_m`.
+    pub fn check_offset([x, y]: [f64; 2]) -> Result<(), Self> {
+        let (expected, away_m) = ("two finite numbers that are not both 0", x.hypot(y));
+        (away_m.is_finite() && away_m > 0.0)
+            .then_some(())
+            .ok_or(Self::BadNumber { key: "by_m", expected })
+    }
+}

@@ -124,13 +124,8 @@ impl WorldFault {
             {
                 Err(FaultError::BadNumber { key: "to", expected: "two finite numbers" })
             }
-            Self::Hold { for_s, .. } if !(for_s.is_finite() && *for_s > 0.0) => {
-                Err(FaultError::BadNumber { key: "for_s", expected: "a finite number above 0" })
-            }
-            Self::Push { by_m: [x, y], .. } if !(x.hypot(*y).is_finite() && x.hypot(*y) > 0.0) => {
-                let expected = "two finite numbers that are not both 0";
-                Err(FaultError::BadNumber { key: "by_m", expected })
-            }
+            Self::Hold { for_s, .. } => FaultError::check_duration(*for_s),
+            Self::Push { by_m, .. } => FaultError::check_offset(*by_m),
             Self::Displace { .. }
             | Self::KnockOver { .. }
             | Self::TakeFromGripper {}
@@ -138,9 +133,7 @@ impl WorldFault {
             | Self::Remove { .. }
             | Self::PutBack { .. }
             | Self::Swap { .. }
-            | Self::Topple { .. }
-            | Self::Hold { .. }
-            | Self::Push { .. } => Ok(()),
+            | Self::Topple { .. } => Ok(()),
         }
     }
 }

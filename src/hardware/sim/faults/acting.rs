@@ -1,10 +1,9 @@
 //! Faults of the robot: it does not do what it is told, and may not know.
 
-use groundloop_sim::{FaultError, GripperCommand, World};
+use groundloop_sim::{FaultError, GripperCommand, Random, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::draws::Draws;
 use super::schedule::Tag;
 use crate::hardware::{Arm, Sequencer, Target};
 use crate::metrics::FaultRecord;
@@ -60,20 +59,9 @@ impl ActingFault {
     /// [`FaultError::BadNumber`].
     pub fn check(&self) -> Result<(), FaultError> {
         match self {
-            Self::Hang { for_s } | Self::Jam { for_s } if !(for_s.is_finite() && *for_s > 0.0) => {
-                Err(FaultError::BadNumber { key: "for_s", expected: "a finite number above 0" })
-            }
-            Self::PlaceOff { by_m: [x, y] } if !(x.hypot(*y).is_finite() && x.hypot(*y) > 0.0) => {
-                let expected = "two finite numbers that are not both 0";
-                Err(FaultError::BadNumber { key: "by_m", expected })
-            }
-            Self::MissGrasp {}
-            | Self::Drop {}
-            | Self::Slip {}
-            | Self::PlaceOff { .. }
-            | Self::Hang { .. }
-            | Self::FalseSuccess {}
-            | Self::Jam { .. } => Ok(()),
+            Self::Hang { for_s } | Self::Jam { for_s } => FaultError::check_duration(*for_s),
+            Self::PlaceOff { by_m } => FaultError::check_offset(*by_m),
+            Self::MissGrasp {} | Self::Drop {} | Self::Slip {} | Self::FalseSuccess {} => Ok(()),
         }
     }
 }
@@ -104,7 +92,7 @@ impl ArmFaults {
         &mut self,
         fault: &ActingFault,
         tag: &Tag,
-        mut draws: Draws,
+        mut draws: Random,
         robot: RobotParts<'_>,
     ) -> Option<Said> {
         let RobotParts { world, sequencer, has_step } = robot;
@@ -117,7 +105,7 @@ impl ArmFaults {
                 fallen.map(|object| format!("the gripper drops {object}")).ok_or_else(empty)
             }
             ActingFault::Slip {} => {
-                let seconds = draws.between(SLIP_S);
+                let seconds = draws.between(SLIP_S[0], SLIP_S[1]);
                 let slips = world.held().map(|object| {
                     format!("{object} slips in the gripper, and falls after {seconds:.1} s")
                 });

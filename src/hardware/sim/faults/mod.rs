@@ -8,13 +8,13 @@ mod tests;
 
 use std::borrow::Cow;
 
-use groundloop_sim::{FaultError, SceneSpec, Shape, World, WorldFault};
+use groundloop_sim::{FaultError, Random, SceneSpec, Shape, World, WorldFault};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
 
 pub use acting::ActingFault;
 pub(super) use acting::{ArmFaults, RobotParts, SimArm};
-use draws::{Draws, Purpose};
+use draws::{Purpose, draws};
 pub(super) use schedule::{Due, FaultSchedule, Occasion};
 
 use crate::hardware::FaultConfig;
@@ -75,11 +75,11 @@ pub(super) fn happen(
     let at_ns = world.time_ns();
     let (objects, said) = match action {
         FaultAction::World(fault) => {
-            let draws = Draws::new(seed, (tag.fault, tag.occurrence), Purpose::Object);
+            let draws = draws(seed, (tag.fault, tag.occurrence), Purpose::Object);
             apply(world, &fault, draws)
         }
         FaultAction::Acting(fault) => {
-            let draws = Draws::new(seed, (tag.fault, tag.occurrence), Purpose::Length);
+            let draws = draws(seed, (tag.fault, tag.occurrence), Purpose::Length);
             let held: Vec<String> = world.held().map(str::to_owned).into_iter().collect();
             let said = arm_faults.begin(&fault, &tag, draws, robot)?;
             (held, said)
@@ -108,7 +108,7 @@ fn record(
 fn apply(
     world: &mut World,
     fault: &WorldFault,
-    mut draws: Draws,
+    mut draws: Random,
 ) -> (Vec<String>, Result<String, String>) {
     if let WorldFault::TakeFromGripper {} = fault {
         let held = world.held().map(str::to_owned).into_iter().collect();

@@ -1,7 +1,7 @@
 //! When the faults of a run file happen.
 
 use super::FaultAction;
-use super::draws::{Draws, Purpose};
+use super::draws::{Purpose, draws};
 use crate::hardware::FaultConfig;
 use crate::pddl::Step;
 
@@ -134,7 +134,7 @@ impl Entry {
         };
         if let Some(at_s) = config.at_s {
             let [low, high] = at_s.bounds_s();
-            let at_s = Draws::new(seed, (fault, 1), Purpose::Time).between([low, high]);
+            let at_s = draws(seed, (fault, 1), Purpose::Time).between(low, high);
             entry.decide(fault, 1, nanoseconds(at_s), seed);
         }
         Ok(entry)
@@ -142,7 +142,7 @@ impl Entry {
 
     /// Draws whether an occurrence happens.
     fn decide(&mut self, fault: usize, occurrence: u64, at_ns: u64, seed: u64) {
-        let drawn = Draws::new(seed, (fault, occurrence), Purpose::Chance).unit();
+        let drawn = draws(seed, (fault, occurrence), Purpose::Chance).unit();
         if drawn < self.probability {
             self.waiting.push((at_ns, occurrence));
         }
