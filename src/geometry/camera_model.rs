@@ -3,6 +3,8 @@
 use nalgebra::{Isometry3, Point2, Point3};
 use thiserror::Error;
 
+use super::PixelBox;
+
 /// Pinhole intrinsics in pixels (`OpenCV`'s convention: pixel (0, 0) is the centre of the top-left
 /// pixel).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +60,13 @@ impl CameraModel {
             depth_m,
         );
         Ok(self.world_from_camera * in_camera)
+    }
+
+    /// The box of points in the image; `None` when one of them is behind the camera, or there is none.
+    pub fn bounds(&self, points: impl Iterator<Item = Point3<f64>>) -> Option<PixelBox> {
+        let pixels: Option<Vec<Point2<f64>>> = points.map(|point| self.project(point)).collect();
+        let boxes = pixels?.into_iter().map(|p| PixelBox { x1: p.x, y1: p.y, x2: p.x, y2: p.y });
+        boxes.reduce(|a, b| a.hull(&b))
     }
 
     /// Projects a world point to (column, row); `None` behind the camera.

@@ -1,8 +1,8 @@
 //! What one camera sees, and where an object is in its image.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use crate::geometry::{CameraModel, PixelBox};
+use crate::geometry::{Aabb, CameraModel, PixelBox};
 use crate::perception::{BoxEstimate, Detection, FrameView};
 
 /// What one camera sees of the scene at one time.
@@ -34,19 +34,12 @@ pub(super) fn corners(
     share: f64,
 ) -> impl Iterator<Item = Point3<f64>> + use<> {
     let (volume, heading) = (estimate.volume, estimate.heading);
-    let middle = heading.view_from_world(volume.centre);
-    let half = volume.extent.map(|edge| share * edge / 2.0);
-    (0..8).map(move |corner| {
-        let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-        let offset = Vector3::new(sign(0) * half[0], sign(1) * half[1], sign(2) * half[2]);
-        heading.world_from_view(middle + offset)
-    })
+    let centre = heading.view_from_world(volume.centre);
+    let shrunk = Aabb { centre, extent: volume.extent.map(|edge| share * edge) };
+    shrunk.corners().map(move |corner| heading.world_from_view(corner))
 }
 
 /// The box of an estimate in a camera's image; `None` when a part of it is behind the camera.
 pub(super) fn in_image(estimate: &BoxEstimate, camera: &CameraModel) -> Option<PixelBox> {
-    let pixels: Option<Vec<_>> =
-        corners(estimate, 1.0).map(|corner| camera.project(corner)).collect();
-    let boxes = pixels?.into_iter().map(|p| PixelBox { x1: p.x, y1: p.y, x2: p.x, y2: p.y });
-    boxes.reduce(|a, b| a.hull(&b)).filter(PixelBox::is_valid)
+    camera.bounds(corners(estimate, 1.0)).filter(PixelBox::is_valid)
 }

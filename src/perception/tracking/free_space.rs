@@ -1,6 +1,6 @@
 //! Whether the place where an object was seen last is empty now, hidden, or not.
 
-use nalgebra::{Point2, Vector3};
+use nalgebra::Vector3;
 
 use crate::geometry::{Aabb, CameraModel};
 use crate::perception::{DepthView, FrameView};
@@ -48,14 +48,8 @@ pub(super) fn sight(place: &Aabb, frames: &[FrameView<'_>]) -> Sight {
 fn sight_of(place: &Aabb, frame: &FrameView<'_>) -> Sight {
     let (Some(depth), Some(camera)) = (&frame.depth, frame.camera) else { return Sight::Hidden };
     let inner = Aabb { extent: place.extent.map(|edge| edge * INNER_SHARE), ..*place };
-    let corners: Option<Vec<Point2<f64>>> =
-        inner.corners().map(|corner| camera.project(corner)).collect();
-    let Some(corners) = corners else { return Sight::Hidden };
-    let span = |of: fn(&Point2<f64>) -> f64| {
-        let values = corners.iter().map(of);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-    };
-    let (columns, rows) = (span(|p| p.x), span(|p| p.y));
+    let Some(bounds) = camera.bounds(inner.corners()) else { return Sight::Hidden };
+    let (columns, rows) = ([bounds.x1, bounds.x2], [bounds.y1, bounds.y2]);
     let at =
         |[low, high]: [f64; 2], n: i32| low + (high - low) * f64::from(n) / f64::from(N_RAYS - 1);
     let mut count = Count::default();

@@ -394,10 +394,10 @@ impl SceneParser {
     ) -> Vec<SceneFact> {
         let confirm_frames = config.belief.confirm_frames;
         let (mut raw, mut confirmed) = (own.raw.clone(), own.confirmed.clone());
-        let is_gone = |name: &Name| {
-            self.tracker.tracks.iter().any(|t| t.object.name == *name && t.is_gone(confirm_frames))
-        };
-        let is_present = |atom: &Atom| !atom.args.iter().any(is_gone);
+        let gone = self.tracker.tracks.iter().filter(|track| track.is_gone(confirm_frames));
+        let gone: BTreeSet<&Name> = gone.map(|track| &track.object.name).collect();
+        let is_present =
+            |atom: &Atom| gone.is_empty() || !atom.args.iter().any(|arg| gone.contains(arg));
         let present = self.belief.entries.iter().filter(|(atom, _)| is_present(atom));
         for (atom, entry) in present {
             raw.set(atom.clone(), entry.raw);
