@@ -3,14 +3,11 @@
 //! The setting of the paper: skills are the same as in the closed loop and see where their objects are, but
 //! nothing is checked, explained or planned again.
 
-use std::collections::VecDeque;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Answer, Cycle, Executive, Phase};
 use crate::messages::{CommandKind, Event, PlanVerdict, Verdict};
-use crate::pddl::Step;
 
 /// Whether the loop is closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -29,9 +26,12 @@ impl Executive {
     pub(super) fn carry_on_blindly(&mut self, cycle: &mut Cycle<'_>) -> Option<Answer> {
         let go_on = Answer::Command(CommandKind::Continue);
         if self.blind_plan.is_none() {
-            self.blind_plan = Some(Self::first_plan(cycle)?);
-            let steps: Vec<Step> = self.blind_plan.iter().flatten().cloned().collect();
-            cycle.event(Event::Plan { cost: steps.len() as u64, steps });
+            let PlanVerdict::Plan { steps, cost } = &cycle.input.plan.verdict else { return None };
+            if !cycle.is_settled() {
+                return None;
+            }
+            self.blind_plan = Some(steps.iter().cloned().collect());
+            cycle.event(Event::Plan { steps: steps.clone(), cost: *cost });
         }
         if let Some(verdict) = self.out_of_time(cycle) {
             return Some(Answer::End(verdict));
@@ -53,11 +53,5 @@ impl Executive {
                 go_on
             }
         })
-    }
-
-    /// The plan from the first scene in which everything is confirmed.
-    fn first_plan(cycle: &Cycle<'_>) -> Option<VecDeque<Step>> {
-        let PlanVerdict::Plan { steps, .. } = &cycle.input.plan.verdict else { return None };
-        cycle.is_settled().then(|| steps.iter().cloned().collect())
     }
 }
