@@ -205,3 +205,31 @@ fn an_added_object_is_stacked_too() {
     let report = report(faults, 1);
     assert_eq!((happened(&report, "remove"), happened(&report, "put_back")), (1, 1));
 }
+
+/// One plan, carried out blindly: it is as good as the closed loop until something goes wrong.
+#[test]
+fn an_open_loop_does_not_notice() {
+    let end = |sets: &[&str]| {
+        let mut config =
+            small("blocksworld.toml", &[&["sim.scene=scenes/three_blocks.toml"], sets].concat());
+        "red over blue over green".clone_into(&mut config.goal.text);
+        let report = TestRun::new().run(config).unwrap().report;
+        (report.verdict, report.goal_in_simulator)
+    };
+    let missed = "fault=[{ at_s = 0, action = { kind = \"miss_grasp\" } }]";
+    let open = "executive=open_loop";
+    assert_eq!(end(&[open]), ("executed", Some(true)));
+    assert_eq!(end(&[open, missed]), ("executed", Some(false)));
+    assert_eq!(end(&[missed]), ("reached", Some(true)));
+}
+
+/// A block that seems to hang is taken to lie on the table where the camera may not move: the goal seems to
+/// be reached, and is not.
+#[test]
+fn a_false_reached_is_a_failure_of_its_own() {
+    let args = ["run", "blocksworld_movable_camera", "--set", "robot.motion.view_poses=[]"];
+    let output = cargo_bin_cmd!("groundloop").args(args).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(6), "{said}");
+    assert!(said.contains("FALSE: the goal does not hold in the simulator"), "{said}");
+}
