@@ -31,7 +31,7 @@ fn a_second_view_resolves_what_the_first_hides() {
         let alone = RunConfig { seed, ..two_views(&["cameras.back.kind=none"]) };
         let report = episode(alone).report;
         assert_eq!(report.verdict, "gave-up", "seed {seed}");
-        assert!(report.reason.contains("limits.unseen_frames_max"), "{}", report.reason);
+        assert!(report.reason.contains("limits.unseen_s_max"), "{}", report.reason);
     }
 }
 

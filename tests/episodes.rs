@@ -151,7 +151,7 @@ fn a_goal_object_that_is_not_there_is_named() {
     let config = small("blocksworld.toml", &["goal.text=orange over blue"]);
     let report = episode(config).report;
     assert_eq!(report.verdict, "gave-up");
-    assert!(report.reason.contains("limits.unseen_frames_max"), "{}", report.reason);
+    assert!(report.reason.contains("limits.unseen_s_max"), "{}", report.reason);
     assert!(report.reason.contains("orange_block"), "{}", report.reason);
 }
 

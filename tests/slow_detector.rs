@@ -91,7 +91,7 @@ impl Rig {
         let examples = exemplar.read(&folder, None).unwrap();
         let grounder = folder.grounder(&PartChoice::new("test", "s2s"), &examples).unwrap();
         let context = Arc::new(WireContext::new(1, folder.hash, folder.domain.clone()));
-        let belief = BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 };
+        let belief = BeliefConfig { confirm_s: 0.0, hidden_s_max: 0.3, grasp_reach_m: 0.05 };
         let config = ParserConfig {
             domain: folder.domain,
             perception: folder.perception,

@@ -1,6 +1,7 @@
 //! One cycle, top to bottom.
 
 use super::explain::deviations;
+use super::limits::LookTime;
 use super::re_observing::with_anomalies;
 use super::{Answer, Cycle, Executive, ExecutiveMode, Phase, counted, join};
 use crate::logic::Truth;
@@ -146,7 +147,7 @@ impl Executive {
 
     /// Follows a plan: keeps the running step, switches, or starts the first step.
     fn follow(&mut self, cycle: &mut Cycle<'_>, steps: &[Step], cost: u64) -> Answer {
-        self.unseen_frames = 0;
+        self.unseen = LookTime::default();
         self.awaited = None;
         let go_on = Answer::Command(CommandKind::Continue);
         if !cycle.is_settled() {
@@ -206,13 +207,15 @@ impl Executive {
         }
     }
 
-    /// Waits for one more frame, at most `limits.observations_max` times in a row.
+    /// Waits for one more frame, for at most `limits.observing_s_max` before the next step.
     pub(super) fn look(&mut self, cycle: &mut Cycle<'_>, reason: String) -> Answer {
-        self.looks += u32::from(cycle.is_new_frame);
-        if self.looks > cycle.config.limits.observations_max {
-            return Answer::End(Verdict::GaveUp { limit: Limit::Observations, detail: reason });
+        let is_first = self.looked.is_zero();
+        let max_s = cycle.config.limits.observing_s_max;
+        self.looked = self.looked.after(cycle.frame_ns, max_s);
+        if self.looked.exceeds(max_s) {
+            return Answer::End(Verdict::GaveUp { limit: Limit::Observing, detail: reason });
         }
-        if self.looks == 1 && cycle.is_new_frame {
+        if is_first {
             cycle.event(Event::Look { reason });
         }
         Answer::Command(CommandKind::Continue)
@@ -221,19 +224,19 @@ impl Executive {
     /// Waits for the goal, or for objects that it names, and says for which whenever that changes. Objects
     /// are looked for from the robot's view poses, too.
     fn wait_for(&mut self, cycle: &mut Cycle<'_>, objects: &[Name]) -> Answer {
-        self.unseen_frames += u32::from(cycle.is_new_frame);
-        let frames_max = cycle.config.limits.unseen_frames_max;
+        let max_s = cycle.config.limits.unseen_s_max;
+        self.unseen = self.unseen.after(cycle.frame_ns, max_s);
         let (awaited, text) = Awaited::of(cycle.input.scene, objects);
-        if self.unseen_frames > frames_max {
-            let detail = format!("after {frames_max} frames still waiting for {text}");
-            return Answer::End(Verdict::GaveUp { limit: Limit::UnseenFrames, detail });
+        if self.unseen.exceeds(max_s) {
+            let detail = format!("after {max_s} s still waiting for {text}");
+            return Answer::End(Verdict::GaveUp { limit: Limit::Unseen, detail });
         }
         if self.awaited < Some(awaited) {
             self.awaited = Some(awaited);
             cycle.event(Event::Look { reason: format!("waiting for {text}") });
         }
         let view = (awaited == Awaited::Named && cycle.is_settled())
-            .then(|| self.take_view(cycle, (self.unseen_frames, frames_max), &text));
+            .then(|| self.take_view(cycle, (self.unseen, max_s), &text));
         view.flatten().unwrap_or(Answer::Command(CommandKind::Continue))
     }
 

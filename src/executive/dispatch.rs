@@ -1,5 +1,6 @@
 //! No action leaves unless its preconditions are known to hold in the newest confirmed state.
 
+use super::limits::LookTime;
 use super::re_observing::with_anomalies;
 use super::running::Running;
 use super::{Answer, Cycle, Executive, Phase};
@@ -58,7 +59,7 @@ impl Executive {
         let (motion, held) =
             cycle.config.skills.motion(step, objects, robot, held, motion_config)?;
         self.last_command_id += 1;
-        (self.looks, self.views_taken) = (0, 0);
+        (self.looked, self.views_taken) = (LookTime::default(), 0);
         let cause = cycle.input.scene.cause;
         let target_objects = cycle.config.skills.target_objects(step);
         let targets = target_objects.iter().filter(|name| self.held_name() != Some(name.as_str()));

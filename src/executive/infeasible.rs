@@ -17,7 +17,7 @@ pub(super) struct Infeasible {
 impl Executive {
     /// There is no motion for a step. The first time that counts as a failure, so that the planner looks for
     /// another way; where there is none, nothing is tried twice on the same evidence: the loop
-    /// waits, and looks from other views, until things stand otherwise or `limits.observations_max` is used up.
+    /// waits, and looks from other views, until things stand otherwise or `limits.observing_s_max` is used up.
     pub(super) fn cannot_carry_out(
         &mut self,
         cycle: &mut Cycle<'_>,

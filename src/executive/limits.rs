@@ -11,10 +11,11 @@ pub struct Limits {
     pub cycles_max: u64,
     /// Longest episode in run time, seconds.
     pub seconds_max: f64,
-    /// Most frames in a row that are waited for a scene to settle or an unknown fact to show.
-    pub observations_max: u32,
-    /// Most frames that a goal object may stay unseen.
-    pub unseen_frames_max: u32,
+    /// How long is waited for a scene to settle or an unknown fact to show before the next step, seconds;
+    /// but for eight frames at least.
+    pub observing_s_max: f64,
+    /// How long a goal object may stay unseen, seconds; but for eight frames at least.
+    pub unseen_s_max: f64,
     /// How long the goal must be seen to hold, with everything at rest, before it counts as reached, seconds.
     pub goal_rest_s: f64,
     /// Most plans in a row that come too late: the planner used up a budget or its deadline.
@@ -29,4 +30,40 @@ pub struct Limits {
     pub skill_timeout_s: f64,
     /// How far an object may be from where a running skill expects it, metres.
     pub target_moved_m_max: f64,
+}
+
+/// A frame counts for at most this part of a budget of time: a slow camera has as many frames.
+const FRAMES_MIN: u64 = 8;
+
+/// Time spent on looking, of a budget in seconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct LookTime {
+    ns: u64,
+}
+
+impl LookTime {
+    /// With one more frame, `frame_ns` after the one before.
+    pub(super) fn after(self, frame_ns: u64, max_s: f64) -> Self {
+        Self { ns: self.ns + frame_ns.min(budget_ns(max_s) / FRAMES_MIN) }
+    }
+
+    /// Whether more than the budget is spent.
+    pub(super) fn exceeds(self, max_s: f64) -> bool {
+        self.ns > budget_ns(max_s)
+    }
+
+    /// How many of `n` equal shares of the budget are spent.
+    pub(super) fn shares(self, n: usize, max_s: f64) -> usize {
+        let share_ns = (budget_ns(max_s) / (n.max(1) as u64)).max(1);
+        usize::try_from(self.ns / share_ns).unwrap_or(usize::MAX)
+    }
+
+    /// Whether nothing is spent.
+    pub(super) fn is_zero(self) -> bool {
+        self.ns == 0
+    }
+}
+
+fn budget_ns(max_s: f64) -> u64 {
+    (max_s * 1e9) as u64
 }

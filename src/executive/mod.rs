@@ -24,12 +24,13 @@ use crate::messages::{
     RobotState, Status, StepOutcome, Stop, Verdict,
 };
 use crate::pddl::{Domain, Name, Step};
-use crate::scene::{Anomaly, Scene};
+use crate::scene::{Anomaly, FrameRef, Scene};
 use crate::skills::{Held, MotionConfig, SkillMap};
 
 pub use dispatch::predicted_effects;
 pub use explain::deviations;
 pub use limits::Limits;
+use limits::LookTime;
 pub use open_loop::ExecutiveMode;
 
 use decide::Awaited;
@@ -105,12 +106,13 @@ pub struct Executive {
     failures: BTreeMap<Step, u32>,
     /// The cycle of the last failure: its plan does not know of it yet.
     failed_cycle: Option<u64>,
-    looks: u32,
+    /// Time spent on looking since the last dispatch.
+    looked: LookTime,
     /// How many of the robot's view poses have been taken since the last dispatch.
     views_taken: usize,
     /// Anomalies that another look did not remove.
     accepted_anomalies: BTreeSet<Anomaly>,
-    unseen_frames: u32,
+    unseen: LookTime,
     /// Since when the goal is seen to hold.
     goal_seen: Option<GoalSeen>,
     /// Steps for which there was no motion.
@@ -120,8 +122,8 @@ pub struct Executive {
     /// What people were last told to wait for.
     awaited: Option<Awaited>,
     planner_timeouts: PlannerTimeouts,
-    /// The picture that the last cycle rested on.
-    last_frame: Option<u64>,
+    /// The picture that the last cycle rested on: its number, and when it was captured.
+    last_frame: Option<(u64, u64)>,
     visits: BTreeMap<String, u32>,
     last_dispatch_state: Option<String>,
     started_ns: Option<u64>,
@@ -152,8 +154,7 @@ impl Executive {
             dispatch: None,
             outcomes: Vec::new(),
             replanned: false,
-            is_new_frame: self.last_frame.replace(input.scene.cause.frame_sequence)
-                != Some(input.scene.cause.frame_sequence),
+            frame_ns: self.since_last_frame_ns(input.scene.cause),
         };
         self.counts.cycles += 1;
         self.started_ns.get_or_insert(input.scene.cause.capture_ns);
@@ -184,6 +185,16 @@ impl Executive {
             dispatch: cycle.dispatch,
             outcomes: cycle.outcomes,
             verdict,
+        }
+    }
+
+    /// How much later than the picture of the last cycle this one was captured, nanoseconds; a new one counts
+    /// for something even when it is the first.
+    fn since_last_frame_ns(&mut self, cause: FrameRef) -> u64 {
+        match self.last_frame.replace((cause.frame_sequence, cause.capture_ns)) {
+            Some((sequence, _)) if sequence == cause.frame_sequence => 0,
+            Some((_, before_ns)) => cause.capture_ns.saturating_sub(before_ns).max(1),
+            None => 1,
         }
     }
 
@@ -239,9 +250,9 @@ struct Cycle<'a> {
     dispatch: Option<Dispatch>,
     outcomes: Vec<StepOutcome>,
     replanned: bool,
-    /// Whether the scene rests on another picture than that of the last cycle: while a detector
-    /// works beside the loop, one scene is carried over several frames.
-    is_new_frame: bool,
+    /// How much later than the picture of the last cycle that of the scene was captured, nanoseconds; 0 when it
+    /// is the same one: while a detector works beside the loop, one scene is carried over several frames.
+    frame_ns: u64,
 }
 
 impl Cycle<'_> {

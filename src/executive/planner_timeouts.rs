@@ -33,7 +33,7 @@ impl Executive {
             let detail = format!("no plan within {limit}, {planner_timeouts_max} times in a row");
             return Answer::End(Verdict::GaveUp { limit: Limit::PlannerTimeouts, detail });
         }
-        if self.planner_timeouts.n_plans == 1 && cycle.is_new_frame {
+        if self.planner_timeouts.n_plans == 1 && cycle.frame_ns > 0 {
             cycle.event(Event::Look { reason: format!("no plan in time ({limit})") });
         }
         match self.phase {

@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 
+use super::limits::LookTime;
 use super::{Answer, Cycle, Executive, Phase};
 use crate::messages::{CommandKind, Event, Expect, Motion};
 use crate::pddl::Name;
@@ -19,28 +20,26 @@ pub(super) struct ReObserving {
 
 impl Executive {
     /// Looks again for a reason that another view may remove. The present view and each view pose
-    /// of the robot have equal shares of `limits.observations_max` frames.
+    /// of the robot have equal shares of `limits.observing_s_max`.
     pub(super) fn re_observe(&mut self, cycle: &mut Cycle<'_>, reason: &str) -> Answer {
         let answer = self.look(cycle, reason.to_owned());
         if matches!(answer, Answer::End(_)) {
             return answer;
         }
-        let spent = (self.looks, cycle.config.limits.observations_max);
+        let spent = (self.looked, cycle.config.limits.observing_s_max);
         self.take_view(cycle, spent, reason).unwrap_or(answer)
     }
 
-    /// Goes to the next view pose when its share of a budget of frames has come: the present view and
-    /// each pose have equal shares. `spent` says how many frames of how many are used up.
+    /// Goes to the next view pose when its share of a budget of time has come: the present view and
+    /// each pose have equal shares. `spent` says how much of how many seconds is used up.
     pub(super) fn take_view(
         &mut self,
         cycle: &mut Cycle<'_>,
-        (frames, frames_max): (u32, u32),
+        (spent, max_s): (LookTime, f64),
         reason: &str,
     ) -> Option<Answer> {
         let motion = cycle.config.motion.as_ref()?;
-        let n_poses = u32::try_from(motion.view_poses.len()).unwrap_or(u32::MAX - 1);
-        let share = (frames_max / (n_poses + 1)).max(1);
-        let due = usize::try_from(frames / share).unwrap_or(usize::MAX);
+        let due = spent.shares(motion.view_poses.len() + 1, max_s);
         if !matches!(self.phase, Phase::Idle) || self.views_taken >= due {
             return None;
         }
@@ -79,7 +78,7 @@ impl Executive {
     }
 
     /// Looks again while there are anomalies that concern what comes next. Anomalies that stay after
-    /// `limits.observations_max` frames are told and accepted: what depends on them is unknown, and
+    /// `limits.observing_s_max` are told and accepted: what depends on them is unknown, and
     /// nothing is done on unknown facts.
     pub(super) fn re_observe_anomalies(
         &mut self,
@@ -93,7 +92,8 @@ impl Executive {
             .cloned()
             .collect();
         let first = new.first()?;
-        if self.looks < cycle.config.limits.observations_max {
+        let max_s = cycle.config.limits.observing_s_max;
+        if !self.looked.after(cycle.frame_ns, max_s).exceeds(max_s) {
             return Some(self.re_observe(cycle, &first.to_string()));
         }
         cycle.event(Event::Look { reason: format!("accepted after repeated looks: {first}") });

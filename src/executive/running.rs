@@ -1,5 +1,6 @@
 //! A step in the robot's hands: statuses, timeouts, and what it came to.
 
+use super::limits::LookTime;
 use super::{Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth};
 use crate::messages::{Effects, Event, ReplanCause, StatusKind, StepOutcome};
@@ -33,7 +34,8 @@ pub(super) struct VerifyingEffects {
     pub(super) effects: Effects,
     pub(super) ending: Ending,
     pub(super) fault: Option<String>,
-    pub(super) frames: u32,
+    /// Time spent on looking for its effects.
+    pub(super) looked: LookTime,
 }
 
 /// What the robot said at the end.
@@ -72,7 +74,7 @@ impl Executive {
                 effects: running.effects.clone(),
                 ending,
                 fault: running.fault.clone(),
-                frames: 0,
+                looked: LookTime::default(),
             });
         }
     }
@@ -88,11 +90,11 @@ impl Executive {
     /// Judges a step that has ended, once the scene has settled.
     pub(super) fn judge(&mut self, cycle: &mut Cycle<'_>) {
         let Phase::VerifyingEffects(verifying) = &mut self.phase else { return };
-        verifying.frames += u32::from(cycle.is_new_frame);
+        let max_s = cycle.config.limits.observing_s_max;
+        verifying.looked = verifying.looked.after(cycle.frame_ns, max_s);
         // What was seen before the end says nothing about what came of it.
         let is_older = cycle.input.scene.cause.capture_ns < verifying.ended_ns;
-        let waiting = (is_older || !cycle.is_settled())
-            && verifying.frames <= cycle.config.limits.observations_max;
+        let waiting = (is_older || !cycle.is_settled()) && !verifying.looked.exceeds(max_s);
         if waiting {
             return;
         }

@@ -15,10 +15,10 @@ pub enum Limit {
     Cycles,
     /// `limits.seconds_max`.
     Seconds,
-    /// `limits.observations_max`.
-    Observations,
-    /// `limits.unseen_frames_max`.
-    UnseenFrames,
+    /// `limits.observing_s_max`.
+    Observing,
+    /// `limits.unseen_s_max`.
+    Unseen,
     /// `limits.planner_timeouts_max`.
     PlannerTimeouts,
     /// `limits.failures_max`.
@@ -39,8 +39,8 @@ impl Limit {
         match self {
             Self::Cycles => "limits.cycles_max",
             Self::Seconds => "limits.seconds_max",
-            Self::Observations => "limits.observations_max",
-            Self::UnseenFrames => "limits.unseen_frames_max",
+            Self::Observing => "limits.observing_s_max",
+            Self::Unseen => "limits.unseen_s_max",
             Self::PlannerTimeouts => "limits.planner_timeouts_max",
             Self::Failures => "limits.failures_max",
             Self::Revisits => "limits.revisits_max",

@@ -152,8 +152,8 @@ fn limit_word(limit: Limit) -> &'static str {
     match limit {
         Limit::Cycles => "cycles",
         Limit::Seconds => "seconds",
-        Limit::Observations => "observations",
-        Limit::UnseenFrames => "unseen-frames",
+        Limit::Observing => "observations",
+        Limit::Unseen => "unseen-frames",
         Limit::PlannerTimeouts => "planner-timeouts",
         Limit::Failures => "failures",
         Limit::Revisits => "revisits",

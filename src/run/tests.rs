@@ -61,12 +61,12 @@ fn settings_override_keys_in_order() {
         "camera.rate_hz = 25.5",
         "perception.exemplar.folder=other",
         "goal.text=Put red onto blue, please.",
-        "limits.observations_max=3",
+        "limits.observing_s_max=3",
         "sim.camera.noise.rgb_sigma=0.0",
         "run=mine",
     ];
     let run = load(BLOCKS, &sets).unwrap();
-    assert_eq!((run.seed, run.camera.rate_hz, run.limits.observations_max), (7, 25.5, 3));
+    assert_eq!((run.seed, run.camera.rate_hz, run.limits.observing_s_max), (7, 25.5, 3.0));
     assert_eq!(run.perception.exemplar.folder.as_deref(), Some("other"), "no TOML: a string");
     assert_eq!(run.goal.text, "Put red onto blue, please.");
     assert_eq!((run.run.as_deref(), run.run_name().as_str()), (Some("mine"), "mine"));

@@ -19,7 +19,16 @@ const RENAMED: &[Renamed] = &[
     Renamed::same("goal.options.cache", "services.answers"),
     Renamed::same("goal.options.patience", "goal.options.retry"),
     Renamed::same("limits.late_plans_max", "limits.planner_timeouts_max"),
-    Renamed::same("limits.looks_max", "limits.observations_max"),
+    Renamed::seconds("limits.looks_max", "limits.observing_s_max"),
+    Renamed::seconds("limits.observations_max", "limits.observing_s_max"),
+    Renamed::seconds("limits.unseen_frames_max", "limits.unseen_s_max"),
+    Renamed {
+        old: "perception.belief.confirm_frames",
+        new: "perception.belief.confirm_s",
+        // The first frame of several counts for no time.
+        value: |node| seconds_of(node, 1.0),
+    },
+    Renamed::seconds("perception.belief.hidden_frames_max", "perception.belief.hidden_s_max"),
     Renamed {
         old: "perception.beside",
         new: "perception.detector_mode",
@@ -39,6 +48,25 @@ const RENAMED: &[Renamed] = &[
 impl Renamed {
     const fn same(old: &'static str, new: &'static str) -> Self {
         Self { old, new, value: |node| Some(node.clone()) }
+    }
+
+    /// A number of frames that is a time now.
+    const fn seconds(old: &'static str, new: &'static str) -> Self {
+        Self { old, new, value: |node| seconds_of(node, 0.0) }
+    }
+}
+
+/// Numbers of frames are times at this rate, which is that of the shipped run files.
+const FRAMES_HZ: f64 = 10.0;
+
+/// The time of a number of frames, of which some count for none.
+fn seconds_of(node: &Node, n_free: f64) -> Option<Node> {
+    match node {
+        Node::Leaf(toml::Value::Integer(frames)) => {
+            let frames = (*frames as f64 - n_free).max(0.0);
+            Some(Node::Leaf(toml::Value::Float(frames / FRAMES_HZ)))
+        }
+        Node::Leaf(_) | Node::Array(_) | Node::Table(_) => None,
     }
 }
 

@@ -89,25 +89,25 @@ fn old_names_of_keys_are_read_with_a_warning() {
     let old = "[limits]\nlooks_max = 3\n[robot.hull]\nbelow_m = 0.5\n\
                [perception]\ndetector = \"http\"\noptions.patience = { total_ms = 9 }\n";
     let layers = layers(&[old], &["perception.beside=true", "limits.late_plans_max=7"]);
-    assert_eq!(at(&layers, "limits.observations_max"), "3 0.toml:2");
+    assert_eq!(at(&layers, "limits.observing_s_max"), "0.3 0.toml:2");
     assert_eq!(at(&layers, "robot.self_filter.below_m"), "0.5 0.toml:4");
     assert_eq!(at(&layers, "robot.self_filter.above_m"), "0.6 default");
     assert_eq!(at(&layers, "perception.options.retry.total_ms"), "9 0.toml:7");
     assert_eq!(at(&layers, "perception.detector_mode"), "\"async\" --set");
     let said: Vec<String> = layers.warnings.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(said.join("\n"), @r#"
-    0.toml:2:1: warning: limits.looks_max: renamed: write limits.observations_max
+    0.toml:2:1: warning: limits.looks_max: renamed: write limits.observing_s_max = 0.3
     0.toml:7:9: warning: perception.options.patience: renamed: write perception.options.retry
     0.toml:3:8: warning: robot.hull: renamed: write robot.self_filter
     warning: --set perception.beside: renamed: write perception.detector_mode = "async"
     warning: --set limits.late_plans_max: renamed: write limits.planner_timeouts_max
     "#);
-    let both = "limits = { looks_max = 3, observations_max = 4 }";
+    let both = "limits = { looks_max = 3, observing_s_max = 4 }";
     let mut other = Layers::defaults(Form::Run).unwrap();
     let error = other.parse(LayerOrigin::File("x.toml".to_owned()), both).unwrap_err();
     assert_eq!(
         error[0].message,
-        "this is the old name of limits.observations_max, which is here too"
+        "this is the old name of limits.observing_s_max, which is here too"
     );
 }
 
@@ -147,12 +147,12 @@ fn options_of_a_part_are_checked_with_their_keys() {
 
 #[test]
 fn words_that_are_near_are_found() {
-    let known = ["rate_hz", "kind", "wait_s", "observations_max"];
+    let known = ["rate_hz", "kind", "wait_s", "observing_s_max"];
     for (word, near) in [
         ("rate", Some("rate_hz")),
         ("rate_hz_", Some("rate_hz")),
         ("knid", Some("kind")),
-        ("observation_max", Some("observations_max")),
+        ("observing_max", Some("observing_s_max")),
         ("zebra", None),
         ("", None),
     ] {

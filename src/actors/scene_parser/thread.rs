@@ -249,7 +249,7 @@ mod tests {
             rules: folder.rules,
             skills: folder.skills.unwrap(),
             grounder: Box::new(Blind),
-            belief: BeliefConfig { confirm_frames: 1, hidden_frames_max: 9, grasp_reach_m: 0.05 },
+            belief: BeliefConfig { confirm_s: 0.0, hidden_s_max: 0.3, grasp_reach_m: 0.05 },
             self_filter: None,
         })
     }

@@ -277,7 +277,7 @@ fn a_step_that_cannot_be_carried_out_waits_until_things_stand_otherwise() {
     elsewhere.move_object("red_block", 0.1);
     assert_eq!(elsewhere.cycle().outcomes[0].failures, 2, "other evidence");
     let (_, verdict) = episode.run_out(50);
-    assert_eq!(verdict.reason(), format!("limits.observations_max: {waits}"));
+    assert_eq!(verdict.reason(), format!("limits.observing_s_max: {waits}"));
 }
 
 #[test]

@@ -50,13 +50,14 @@ fn the_goal_is_reached_once_everything_is_at_rest() {
     }
     assert_eq!(episode.run_out(3), (2, Verdict::Reached));
     let mut episode = Episode::new();
-    while episode.executive.looks < episode.config.limits.observations_max {
+    // The first frame shows where it is; four seconds of looks follow.
+    for _ in 0..=40 {
         episode.move_object("red_block", 0.02);
         assert_eq!(episode.cycle().verdict, None);
     }
     episode.move_object("red_block", 0.02);
     let verdict = episode.cycle().verdict.unwrap();
-    check(&verdict, "limits.observations_max", "the goal holds, but red_block is moving");
+    check(&verdict, "limits.observing_s_max", "the goal holds, but red_block is moving");
 }
 
 /// What a step should have done is not what it has done.
@@ -74,7 +75,7 @@ fn a_goal_that_nobody_has_seen_is_not_reached() {
     seen.is_predicted = false;
     assert_eq!(seen.run_out(3), (3, Verdict::Reached));
     let (_, verdict) = episode.run_out(50);
-    check(&verdict, "limits.observations_max", why);
+    check(&verdict, "limits.observing_s_max", why);
 }
 
 #[test]
@@ -102,11 +103,10 @@ fn no_plan_is_final_only_where_everything_is_known() {
 
     let mut unsure = Episode::new();
     unsure.plan = PlanVerdict::Unsolvable { proof, unknowns: true };
-    let observations_max = unsure.config.limits.observations_max;
-    let (n, verdict) = unsure.run_out(observations_max + 1);
-    assert_eq!(n, observations_max + 1);
+    let (n, verdict) = unsure.run_out(50);
+    assert_eq!(n, 41, "four seconds");
     let detail = "no plan from the known facts alone (no action adds it)";
-    check(&verdict, "limits.observations_max", detail);
+    check(&verdict, "limits.observing_s_max", detail);
 }
 
 #[test]
@@ -126,20 +126,20 @@ fn cycles_seconds_and_looks_are_bounded() {
     check(&verdict, "limits.seconds_max", "0.55 s");
 
     let mut episode = Episode::new();
-    episode.config.limits.observations_max = 4;
+    episode.config.limits.observing_s_max = 1.2;
     episode.scene.unsettled = 1;
-    let (n, verdict) = episode.plan(&[PICK]).run_out(9);
-    assert_eq!(n, 5);
-    check(&verdict, "limits.observations_max", "scene not settled: 1 unconfirmed fact");
+    let (n, verdict) = episode.plan(&[PICK]).run_out(20);
+    assert_eq!(n, 13);
+    check(&verdict, "limits.observing_s_max", "scene not settled: 1 unconfirmed fact");
 }
 
 #[test]
 fn looks_count_from_the_last_dispatch() {
     let mut episode = Episode::new();
-    episode.config.limits.observations_max = 3;
+    episode.config.limits.observing_s_max = 0.8;
     for _ in 0..3 {
         episode.scene.unsettled = 1;
-        for _ in 0..3 {
+        for _ in 0..8 {
             assert_eq!(episode.plan(&[PICK]).cycle().verdict, None);
         }
         episode.scene.unsettled = 0;
@@ -152,14 +152,24 @@ fn looks_count_from_the_last_dispatch() {
 #[test]
 fn an_object_that_is_never_seen_is_named() {
     let mut episode = Episode::new();
-    episode.config.limits.unseen_frames_max = 4;
+    episode.config.limits.unseen_s_max = 0.8;
     episode.plan = PlanVerdict::Missing { objects: vec!["pink_block".into(), "cup".into()] };
     let first = episode.cycle();
     let text = "waiting for objects of the goal: pink_block, cup (3 objects confirmed)";
     assert_eq!(reasons(&first), [text]);
     let (n, verdict) = episode.run_out(9);
-    assert_eq!(n, 4);
-    check(&verdict, "limits.unseen_frames_max", &format!("after 4 frames still {text}"));
+    assert_eq!(n, 8);
+    check(&verdict, "limits.unseen_s_max", &format!("after 0.8 s still {text}"));
+}
+
+/// However few frames a second there are, eight are looked at.
+#[test]
+fn a_slow_camera_has_as_many_looks() {
+    let mut episode = Episode::new();
+    episode.config.limits.observing_s_max = 0.1;
+    episode.scene.unsettled = 1;
+    let (n, _) = episode.plan(&[PICK]).run_out(20);
+    assert_eq!(n, 9, "the first frame comes after no time");
 }
 
 /// Before there is a plan, what is missing is told, and told again when something else is missing.
@@ -209,10 +219,10 @@ fn a_plan_that_is_gone_is_told_in_words() {
 #[test]
 fn a_scene_that_is_carried_forward_is_not_another_look() {
     let mut episode = Episode::new();
-    episode.config.limits.observations_max = 2;
+    episode.config.limits.observing_s_max = 0.8;
     episode.scene.unsettled = 1;
     episode.plan(&[PICK]);
-    for _ in 0..2 {
+    for _ in 0..8 {
         assert_eq!(episode.cycle().verdict, None);
         for _ in 0..9 {
             let decision = episode.carry(&[]);
@@ -221,7 +231,7 @@ fn a_scene_that_is_carried_forward_is_not_another_look() {
     }
     check(
         &episode.cycle().verdict.unwrap(),
-        "limits.observations_max",
+        "limits.observing_s_max",
         "scene not settled: 1 unconfirmed fact",
     );
 }

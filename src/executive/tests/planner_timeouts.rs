@@ -58,14 +58,14 @@ fn a_late_plan_is_followed_by_the_next_one() {
 #[test]
 fn facts_that_exclude_each_other_are_looked_at_again_and_named_in_the_end() {
     let mut episode = Episode::new();
-    episode.config.limits.observations_max = 4;
+    episode.config.limits.observing_s_max = 0.8;
     let atoms = vec![atom("holding red_block"), atom("ontable red_block")];
     episode.plan = PlanVerdict::Inconsistent { atoms };
     let decision = episode.cycle();
     assert_eq!((decision.command.kind, decision.verdict), (CommandKind::Continue, None));
     let (n, verdict) = episode.run_out(9);
-    assert_eq!(n, 4);
-    let reason = "limits.observations_max: mutually exclusive facts: (holding red_block), (ontable red_block)";
+    assert_eq!(n, 8);
+    let reason = "limits.observing_s_max: mutually exclusive facts: (holding red_block), (ontable red_block)";
     assert_eq!(verdict.reason(), reason);
     // Right again: the loop goes on.
     let mut repaired = Episode::new();

@@ -101,7 +101,7 @@ fn happen(episode: &mut Episode, event: &Event) {
 fn run(events: &[Event]) -> Result<u32, TestCaseError> {
     let mut episode = Episode::new();
     let limits = &mut episode.config.limits;
-    (limits.failures_max, limits.revisits_max, limits.observations_max) = (999, 999, 999);
+    (limits.failures_max, limits.revisits_max, limits.observing_s_max) = (999, 999, 999.0);
     let (mut n_started, mut busy) = (0, false);
     for event in events {
         happen(&mut episode, event);

@@ -12,7 +12,7 @@ fn anomaly(object: &str) -> Anomaly {
 
 fn doubting(object: &str) -> Episode {
     let mut episode = Episode::new();
-    episode.config.limits.observations_max = 6;
+    episode.config.limits.observing_s_max = 0.8;
     episode.scene.anomalies = vec![anomaly(object)];
     episode.plan(&[PICK]);
     episode
@@ -52,7 +52,7 @@ fn an_anomaly_about_other_objects_holds_nothing_up() {
 #[test]
 fn an_anomaly_that_stays_is_told_and_accepted() {
     let mut episode = doubting("red_block");
-    for _ in 0..6 {
+    for _ in 0..8 {
         assert_eq!(episode.cycle().command.kind, CommandKind::Continue);
     }
     let decision = episode.cycle();
@@ -66,8 +66,8 @@ fn an_anomaly_that_stays_is_told_and_accepted() {
 fn the_goal_counts_as_reached_once_anomalies_are_looked_into() {
     let mut episode = doubting("green_block");
     episode.plan(&[]);
-    let (n, verdict) = episode.run_out(9);
-    assert_eq!((n, verdict), (9, Verdict::Reached));
+    let (n, verdict) = episode.run_out(12);
+    assert_eq!((n, verdict), (11, Verdict::Reached));
 }
 
 /// "All disks are on the right peg" is not known while one may be behind a hand.
@@ -79,13 +79,13 @@ fn a_goal_over_all_objects_waits_for_what_may_hide_one() {
     };
     let why = "the goal speaks of all objects, and one may be hidden: \
                something unknown at 10 20 90 80";
-    let gave_up = format!("limits.observations_max: {why}");
+    let gave_up = format!("limits.observing_s_max: {why}");
     for (of_all, may_hide, steps) in
         [(true, true, &[][..]), (true, true, &[PICK]), (true, false, &[]), (false, true, &[])]
     {
         let mut episode = doubting("green_block");
         (episode.scene.anomalies, episode.of_all) = (vec![hand(may_hide)], of_all);
-        let (_, verdict) = episode.plan(steps).run_out(9);
+        let (_, verdict) = episode.plan(steps).run_out(12);
         if of_all && may_hide {
             assert_eq!(verdict.reason(), gave_up, "{steps:?}");
         } else {
@@ -99,7 +99,7 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
     let mut episode = unsure();
     episode.config.motion.as_mut().unwrap().view_poses = POSES.to_vec();
     let mut goals = Vec::new();
-    for n in 1..=12 {
+    for n in 1..=14 {
         let decision = episode.cycle();
         if let Some(goal) = goal_of(&decision) {
             assert_eq!((&decision.command.step, &decision.dispatch), (&None, &None));
@@ -113,7 +113,7 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
         if let Some(verdict) = decision.verdict {
             let why = "the precondition of (pick_up red_block arm) is not known to hold: \
                        nothing under red_block";
-            assert_eq!(verdict.reason(), format!("limits.observations_max: {why}"));
+            assert_eq!(verdict.reason(), format!("limits.observing_s_max: {why}"));
             assert_eq!(goals, POSES, "cycle {n}");
             return;
         }

@@ -1,12 +1,13 @@
 //! The one belief: which facts planner and executor rely on, and which anomalies count.
 //!
-//! A changed fact counts once `confirm_frames` frames in a row of those that show its objects have said so, or at
+//! A changed fact counts once the frames that show its objects have said so for `confirm_s`, or at
 //! once when a step that has just ended predicts it. While a step runs, what it is about to change and whatever
 //! is said of the object that it carries keep their values. An anomaly counts as long as it has been
-//! there in each of the last `confirm_frames` frames.
+//! there in each frame of the last `confirm_s`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::streak::{Pace, Streak};
 use crate::logic::Truth;
 use crate::messages::Effects;
 use crate::pddl::{Atom, Name};
@@ -21,7 +22,7 @@ pub(super) struct Entry {
     pub(super) origin: Origin,
     pub(super) confidence: f32,
     candidate: Truth,
-    agreeing_frames: u32,
+    agreeing: Option<Streak>,
 }
 
 /// What one frame says of an atom.
@@ -48,8 +49,8 @@ const SAME_PLACE_IOU_MIN: f64 = 0.5;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Belief {
     pub(super) entries: BTreeMap<Atom, Entry>,
-    /// In how many frames in a row each anomaly has been there.
-    anomalies: BTreeMap<Anomaly, u32>,
+    /// For how long each anomaly has been there.
+    anomalies: BTreeMap<Anomaly, Streak>,
 }
 
 /// What holds facts back in this frame.
@@ -87,7 +88,7 @@ impl Belief {
         latched: &Latched,
         lost: &BTreeSet<Name>,
         predicted: Option<&Effects>,
-        confirm_frames: u32,
+        pace: Pace,
     ) -> u32 {
         for atom in readings.keys() {
             self.entries.entry(atom.clone()).or_insert(Entry {
@@ -96,14 +97,14 @@ impl Belief {
                 origin: Origin::Observed,
                 confidence: 0.0,
                 candidate: Truth::Unknown,
-                agreeing_frames: 0,
+                agreeing: None,
             });
         }
         let mut unsettled = 0;
         for (atom, entry) in &mut self.entries {
             let reading = readings.get(atom);
             let expected = predicted.and_then(|effects| effects.truth(atom));
-            entry.read(reading);
+            entry.read(reading, pace);
             if latched.holds_back(atom) {
                 continue;
             }
@@ -113,7 +114,7 @@ impl Belief {
                 }
                 (None, Some(expected)) => entry.believe(expected, Origin::Predicted),
                 (Some(reading), _) => {
-                    if entry.agreeing_frames >= confirm_frames {
+                    if entry.agreeing.is_some_and(|streak| streak.is_confirmed(pace)) {
                         entry.believe(entry.candidate, reading.origin());
                     }
                     unsettled += u32::from(entry.confirmed != entry.candidate);
@@ -135,7 +136,7 @@ impl Belief {
     }
 
     /// Takes in what one frame cannot explain; returns what counts.
-    pub(super) fn anomaly(&mut self, anomalies: Vec<Anomaly>, confirm_frames: u32) -> Vec<Anomaly> {
+    pub(super) fn anomaly(&mut self, anomalies: Vec<Anomaly>, pace: Pace) -> Vec<Anomaly> {
         let before = std::mem::take(&mut self.anomalies);
         for mut anomaly in anomalies {
             // A place is the same where it moves a little: it keeps its first edges.
@@ -151,10 +152,11 @@ impl Belief {
             if let Some(known) = before.keys().find(is_same) {
                 anomaly.place = known.place;
             }
-            let frames = before.get(&anomaly).copied().unwrap_or(0).saturating_add(1);
-            self.anomalies.insert(anomaly, frames);
+            let mut streak = before.get(&anomaly).copied();
+            streak.iter_mut().for_each(|streak| streak.go_on(pace));
+            self.anomalies.insert(anomaly, streak.unwrap_or_default());
         }
-        let confirmed = self.anomalies.iter().filter(|(_, frames)| **frames >= confirm_frames);
+        let confirmed = self.anomalies.iter().filter(|(_, streak)| streak.is_confirmed(pace));
         confirmed.map(|(anomaly, _)| anomaly.clone()).collect()
     }
 }
@@ -188,14 +190,16 @@ impl Belief {
 
 impl Entry {
     /// Counts how long the frames have said the same.
-    fn read(&mut self, reading: Option<&Reading>) {
+    fn read(&mut self, reading: Option<&Reading>, pace: Pace) {
         let Some(reading) = reading else {
             // A frame that does not show it says nothing against what the last ones said.
             self.raw = Truth::Unknown;
             return;
         };
-        self.agreeing_frames =
-            if self.candidate == reading.truth { self.agreeing_frames + 1 } else { 1 };
+        match &mut self.agreeing {
+            Some(streak) if self.candidate == reading.truth => streak.go_on(pace),
+            _ => self.agreeing = Some(Streak::default()),
+        }
         self.raw = reading.truth;
         self.candidate = reading.truth;
         self.confidence = reading.confidence;

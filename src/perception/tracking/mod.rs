@@ -5,6 +5,7 @@
 //! itself (`occlusion`), places that are seen to be empty (`free_space`), what the gripper holds (`gripper`), and one
 //! belief that the planner and the executor rely on (`belief`).
 
+mod streak;
 mod occlusion;
 mod free_space;
 mod tracker;
@@ -32,12 +33,23 @@ pub use parse::SceneParser;
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BeliefConfig {
-    /// Frames in a row that a change must be seen in before it is believed.
-    pub confirm_frames: u32,
-    /// Frames that an object which cannot be seen keeps its last facts; then they are unknown.
-    pub hidden_frames_max: u32,
+    /// How long a change must be seen, in every frame that shows it, before it is believed, seconds; that takes
+    /// two frames at least. 0: at once.
+    pub confirm_s: f64,
+    /// How long an object which cannot be seen keeps its last facts, seconds; then they are unknown.
+    pub hidden_s_max: f64,
     /// How near to the tool centre an object must be to count as taken, metres.
     pub grasp_reach_m: f64,
+}
+
+impl BeliefConfig {
+    fn confirm_ns(&self) -> u64 {
+        (self.confirm_s * 1e9) as u64
+    }
+
+    fn hidden_ns_max(&self) -> u64 {
+        (self.hidden_s_max * 1e9) as u64
+    }
 }
 
 /// What does not change during an episode.

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Latched, Reading};
 use super::occlusion::{is_covered, self_filter_in_image};
+use super::streak::Pace;
 use super::tracker::{Renamed, Track, Tracker};
-use super::{BeliefConfig, FrameContext, ParserConfig, gripper};
+use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
 use crate::logic::{Facts, Truth};
 use crate::messages::{Effects, MAIN_CAMERA, RobotState, StatusKind};
@@ -29,6 +30,9 @@ pub struct SceneParser {
     taken_unasked: Option<Name>,
     /// What was believed after the last frame, completed.
     confirmed: Facts,
+    /// When the last frame was captured, and how long after the one before it, nanoseconds.
+    last_ns: Option<u64>,
+    frame_ns: u64,
 }
 
 /// The step that the robot carries out, as the executor tells it.
@@ -48,6 +52,8 @@ impl Default for SceneParser {
             running: None,
             taken_unasked: None,
             confirmed: Facts::default(),
+            last_ns: None,
+            frame_ns: 0,
         }
     }
 }
@@ -75,6 +81,10 @@ impl SceneParser {
         context: &FrameContext<'_>,
         mut detections: Detections,
     ) -> Result<Scene, GrounderError> {
+        let capture_ns = context.cause.capture_ns;
+        self.frame_ns =
+            capture_ns.saturating_sub(self.last_ns.replace(capture_ns).unwrap_or(capture_ns));
+        let pace = self.pace(config);
         self.start_steps(config, context);
         let ended = self.end_step(context);
         if let Some(robot) = context.robot {
@@ -90,24 +100,22 @@ impl SceneParser {
         unexplained.retain(|thing| !is_covered(&thing.place, &occluders));
         let detections = fuse(main, others);
         let settings = (&config.perception, &config.belief);
-        self.tracker.update(detections, &occluders, context.cause.capture_ns, settings);
+        self.tracker.update(detections, &occluders, (capture_ns, pace), settings);
         let frames: Vec<FrameView<'_>> =
             std::iter::once(context.view).chain(context.others.iter().map(|o| o.view)).collect();
         let held = held(&self.gripper);
-        self.tracker.look_for_unseen(&frames, held, &config.perception);
-        self.rename(config.belief.confirm_frames);
+        self.tracker.look_for_unseen(&frames, held, &config.perception, pace);
+        self.rename(pace);
 
         let (readings, anomalies) = self.judge(config, context, &unexplained)?;
         if let Some(taken) = &self.taken_unasked {
             self.belief.doubt_relations(taken);
         }
         let latched = self.latched();
-        let lost = self.lost(&config.belief);
-        let confirm_frames = config.belief.confirm_frames;
+        let lost = self.lost(config, capture_ns);
         let ended = ended.filter(|effects| !self.is_refuted(config, effects));
-        let unsettled =
-            self.belief.update(&readings, &latched, &lost, ended.as_ref(), confirm_frames);
-        let anomalies = self.belief.anomaly(anomalies, confirm_frames);
+        let unsettled = self.belief.update(&readings, &latched, &lost, ended.as_ref(), pace);
+        let anomalies = self.belief.anomaly(anomalies, pace);
         let objects = self.objects(config);
         let typed: Vec<Typed> = objects.iter().map(typed).collect();
         let own = self.own_facts(config, &typed, &latched);
@@ -118,9 +126,8 @@ impl SceneParser {
 
     /// Objects of the goal that nobody has seen under that name: phrases to ask the detector for.
     pub fn unseen(&self, config: &ParserConfig, named: &[Typed]) -> Vec<Name> {
-        let confirm_frames = config.belief.confirm_frames;
         let is_known = |name: &Name| {
-            self.present(confirm_frames).any(|t| t.object.name == *name)
+            self.present(self.pace(config)).any(|t| t.object.name == *name)
                 || config.perception.implied.iter().any(|i| i.name == *name)
                 || config.domain.constants.iter().any(|c| c.name == *name)
         };
@@ -128,11 +135,11 @@ impl SceneParser {
     }
 
     /// Lets objects take the goal's phrases as their names, while no step depends on the old ones.
-    fn rename(&mut self, confirm_frames: u32) {
+    fn rename(&mut self, pace: Pace) {
         if self.running.is_some() || self.gripper != GripperContent::Empty {
             return;
         }
-        for Renamed { from, to } in self.tracker.rename(confirm_frames) {
+        for Renamed { from, to } in self.tracker.rename(pace) {
             tracing::info!(%from, %to, "named as in the goal");
             self.belief.rename(&from, &to);
         }
@@ -190,9 +197,14 @@ impl SceneParser {
         }
     }
 
+    /// How fast frames come, and how long what they say must last.
+    fn pace(&self, config: &ParserConfig) -> Pace {
+        Pace { frame_ns: self.frame_ns, confirm_ns: config.belief.confirm_ns() }
+    }
+
     /// Objects that are somewhere, seen or not.
-    fn present(&self, confirm_frames: u32) -> impl Iterator<Item = &Track> + Clone {
-        self.tracker.tracks.iter().filter(move |track| !track.is_gone(confirm_frames))
+    fn present(&self, pace: Pace) -> impl Iterator<Item = &Track> + Clone {
+        self.tracker.tracks.iter().filter(move |track| !track.is_gone(pace))
     }
 
     /// Whether the robot feels otherwise than a step that is said to be done predicts: nothing of it is
@@ -269,12 +281,12 @@ impl SceneParser {
         context: &FrameContext<'_>,
         unexplained: &[Unexplained],
     ) -> Result<(BTreeMap<Atom, Reading>, Vec<Anomaly>), GrounderError> {
-        let hidden_frames_max = config.belief.hidden_frames_max;
-        let known = self.present(config.belief.confirm_frames);
-        let known = known.filter(|t| t.frames_since_seen <= hidden_frames_max);
+        let (capture_ns, hidden_ns_max) = (context.cause.capture_ns, config.belief.hidden_ns_max());
+        let known = self.present(self.pace(config));
+        let known = known.filter(|t| t.unseen_ns(capture_ns) <= hidden_ns_max);
         let known = known.filter(|t| !self.is_held(&t.object.name));
         let visible: BTreeSet<&Name> =
-            known.clone().filter(|t| t.frames_since_seen == 0).map(|t| &t.object.name).collect();
+            known.clone().filter(|t| t.is_in_sight).map(|t| &t.object.name).collect();
         let boxes: Vec<ObjectBox> = known.map(|t| t.object.clone()).collect();
         let observation = Observation { frame: context.view, objects: &boxes, unexplained };
         let Grounding { judged, mut anomalies } = config.pipeline().judge(&observation)?;
@@ -320,15 +332,18 @@ impl SceneParser {
     }
 
     /// Objects that have been out of sight for too long, or are gone; never the one in the gripper.
-    fn lost(&self, belief: &BeliefConfig) -> BTreeSet<Name> {
-        let lost = self.tracker.tracks.iter().filter(|t| {
-            t.frames_since_seen > belief.hidden_frames_max || t.is_gone(belief.confirm_frames)
-        });
+    fn lost(&self, config: &ParserConfig, capture_ns: u64) -> BTreeSet<Name> {
+        let (pace, hidden_ns_max) = (self.pace(config), config.belief.hidden_ns_max());
+        let lost = self
+            .tracker
+            .tracks
+            .iter()
+            .filter(|t| t.unseen_ns(capture_ns) > hidden_ns_max || t.is_gone(pace));
         lost.map(|t| t.object.name.clone()).filter(|name| !self.is_held(name)).collect()
     }
 
     fn objects(&self, config: &ParserConfig) -> Vec<SceneObject> {
-        let seen = self.present(config.belief.confirm_frames).map(|t| SceneObject {
+        let seen = self.present(self.pace(config)).map(|t| SceneObject {
             name: t.object.name.clone(),
             type_name: t.object.type_name.clone(),
             pixel_box: Some(t.object.pixel_box),
@@ -336,7 +351,7 @@ impl SceneParser {
             score: t.score,
             visibility: if self.is_held(&t.object.name) {
                 Visibility::Held
-            } else if t.frames_since_seen > 0 {
+            } else if !t.is_in_sight {
                 Visibility::Hidden
             } else {
                 Visibility::Visible
@@ -392,9 +407,9 @@ impl SceneParser {
         own: &OwnFacts,
         anomalies: &[Anomaly],
     ) -> Vec<SceneFact> {
-        let confirm_frames = config.belief.confirm_frames;
+        let pace = self.pace(config);
         let (mut raw, mut confirmed) = (own.raw.clone(), own.confirmed.clone());
-        let gone = self.tracker.tracks.iter().filter(|track| track.is_gone(confirm_frames));
+        let gone = self.tracker.tracks.iter().filter(|track| track.is_gone(pace));
         let gone: BTreeSet<&Name> = gone.map(|track| &track.object.name).collect();
         let is_present =
             |atom: &Atom| gone.is_empty() || !atom.args.iter().any(|arg| gone.contains(arg));

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::BeliefConfig;
 use super::free_space::{Sight, sight};
 use super::occlusion::is_covered;
+use super::streak::{Pace, Streak};
 use crate::geometry::{Aabb, PixelBox};
 use crate::pddl::Name;
 use crate::perception::model::{ObjectBox, Perception};
@@ -27,12 +28,12 @@ pub(super) struct Track {
     label: Name,
     pub(super) score: f32,
     pub(super) seen_ns: u64,
-    /// Frames since it was last seen whole.
-    pub(super) frames_since_seen: u32,
-    /// Frames in a row in which its place was seen without it.
-    absent_frames: u32,
-    /// What a phrase of the goal calls it, and for how many frames in a row.
-    phrase_votes: Option<(Name, u32)>,
+    /// Whether this frame shows it whole.
+    pub(super) is_in_sight: bool,
+    /// For how long its place has been seen without it.
+    absent: Option<Streak>,
+    /// What a phrase of the goal calls it, and for how long.
+    phrase_votes: Option<(Name, Streak)>,
     /// What cameras do not agree on, in the frame that it was seen in last.
     pub(super) contradiction: Option<String>,
     /// Whether its name is a phrase of the goal: then it keeps it.
@@ -43,7 +44,7 @@ pub(super) struct Track {
 #[derive(Debug, Clone)]
 struct Candidate {
     detection: Detection,
-    frames: u32,
+    seen: Streak,
 }
 
 /// All objects that have been seen in this episode.
@@ -66,7 +67,7 @@ impl Tracker {
         &mut self,
         detections: Vec<Detection>,
         occluders: &[PixelBox],
-        capture_ns: u64,
+        (capture_ns, pace): (u64, Pace),
         (perception, config): (&Perception, &BeliefConfig),
     ) {
         let mut free: Vec<Option<Detection>> = detections.into_iter().map(Some).collect();
@@ -80,15 +81,15 @@ impl Tracker {
         for (track, detection) in self.tracks.iter_mut().zip(matched) {
             match detection {
                 Some(detection) if !track.is_hidden_by(&detection, occluders) => {
-                    track.see(detection, capture_ns);
+                    track.see(detection, capture_ns, pace);
                 }
-                _ => track.frames_since_seen = track.frames_since_seen.saturating_add(1),
+                _ => track.is_in_sight = false,
             }
         }
         let born = free.into_iter().flatten();
         let born = born.filter(|d| d.is_whole_elsewhere || !is_covered(&d.pixel_box, occluders));
-        self.propose(born.collect());
-        self.promote(capture_ns, perception, config);
+        self.propose(born.collect(), pace);
+        self.promote((capture_ns, pace), perception, config);
     }
 
     /// Looks for objects that were not found at the places where they were seen last: a place that is
@@ -99,42 +100,40 @@ impl Tracker {
         frames: &[FrameView<'_>],
         held: Option<&Name>,
         perception: &Perception,
+        pace: Pace,
     ) {
         let is_fixture = |type_name: &Name| {
             perception.type_spec(type_name).is_some_and(|spec| !spec.naming.list.is_empty())
         };
         let seen: Vec<Aabb> = self.tracks.iter().filter_map(Track::volume_in_sight).collect();
         for track in &mut self.tracks {
-            let place = track.object.volume.filter(|_| track.frames_since_seen > 0);
+            let place = track.object.volume.filter(|_| !track.is_in_sight);
             let place = place.filter(|_| held != Some(&track.object.name));
             let Some(place) = place.filter(|_| !is_fixture(&track.object.type_name)) else {
-                track.absent_frames = 0;
+                track.absent = None;
                 continue;
             };
             let is_replaced =
                 || seen.iter().any(|other| place.share_within(other) >= REPLACED_SHARE_MIN);
             match sight(&place, frames) {
-                Sight::Empty => track.absent_frames = track.absent_frames.saturating_add(1),
-                Sight::Taken if is_replaced() => {
-                    track.absent_frames = track.absent_frames.saturating_add(1);
-                }
-                Sight::Taken => track.absent_frames = 0,
+                Sight::Empty => track.miss(pace),
+                Sight::Taken if is_replaced() => track.miss(pace),
+                Sight::Taken => track.absent = None,
                 // Nothing new is known of the place.
                 Sight::Hidden => {}
             }
         }
     }
 
-    /// Gives objects the names by which phrases of the goal have called them for `confirm_frames`
-    /// frames in a row. Names are identities: an object is renamed at most once, and never to a
+    /// Gives objects the names by which phrases of the goal have called them for long enough. Names are identities: an object is renamed at most once, and never to a
     /// name that is taken.
-    pub(super) fn rename(&mut self, confirm_frames: u32) -> Vec<Renamed> {
+    pub(super) fn rename(&mut self, pace: Pace) -> Vec<Renamed> {
         let mut renamed = Vec::new();
         for idx in 0..self.tracks.len() {
             let track = &self.tracks[idx];
-            let Some((to, frames)) = track.phrase_votes.clone() else { continue };
+            let Some((to, streak)) = track.phrase_votes.clone() else { continue };
             let is_free = self.tracks.iter().all(|other| other.object.name != to);
-            if track.is_phrase || frames < confirm_frames || !is_free {
+            if track.is_phrase || !streak.is_confirmed(pace) || !is_free {
                 continue;
             }
             let track = &mut self.tracks[idx];
@@ -162,7 +161,7 @@ impl Tracker {
     }
 
     /// Detections that fit no track become candidates, or confirm those of the last frame.
-    fn propose(&mut self, born: Vec<Detection>) {
+    fn propose(&mut self, born: Vec<Detection>, pace: Pace) {
         let mut before = std::mem::take(&mut self.candidates);
         for detection in born {
             let goes_on = before.iter().position(|c| {
@@ -171,18 +170,23 @@ impl Tracker {
                     && c.detection.pixel_box.iou(&detection.pixel_box) >= SAME_IOU_MIN
             });
             // Taken out, so that of two pieces of one only one goes on.
-            let frames = goes_on.map_or(1, |at| before.swap_remove(at).frames + 1);
-            self.candidates.push(Candidate { detection, frames });
+            let mut seen = goes_on.map(|at| before.swap_remove(at).seen);
+            seen.iter_mut().for_each(|seen| seen.go_on(pace));
+            self.candidates.push(Candidate { detection, seen: seen.unwrap_or_default() });
         }
     }
 
     /// Candidates that were seen often enough become objects, with a name.
-    fn promote(&mut self, capture_ns: u64, perception: &Perception, config: &BeliefConfig) {
-        let waits = self.waiting_types(perception, config);
-        let (ripe, unripe): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.candidates).into_iter().partition(|c| {
-                c.frames >= config.confirm_frames && !waits.contains(&c.detection.type_name)
-            });
+    fn promote(
+        &mut self,
+        (capture_ns, pace): (u64, Pace),
+        perception: &Perception,
+        config: &BeliefConfig,
+    ) {
+        let waits = self.waiting_types(perception, config, pace);
+        let (ripe, unripe): (Vec<_>, Vec<_>) = std::mem::take(&mut self.candidates)
+            .into_iter()
+            .partition(|c| c.seen.is_confirmed(pace) && !waits.contains(&c.detection.type_name));
         self.candidates = unripe;
         let detections: Vec<Detection> = ripe.iter().map(|c| c.detection.clone()).collect();
         let names = name_detections(perception, &detections);
@@ -199,8 +203,8 @@ impl Tracker {
                 label: detection.label,
                 score: detection.score,
                 seen_ns: capture_ns,
-                frames_since_seen: 0,
-                absent_frames: 0,
+                is_in_sight: true,
+                absent: None,
                 phrase_votes: None,
                 contradiction: detection.contradiction,
                 is_phrase,
@@ -210,13 +214,19 @@ impl Tracker {
     }
 
     /// Types whose names say their order, while not all of them are in sight: "left" has a meaning
-    /// only beside "right". They wait at most `hidden_frames_max` frames.
-    fn waiting_types(&self, perception: &Perception, config: &BeliefConfig) -> BTreeSet<Name> {
+    /// only beside "right". They wait for at most `hidden_s_max`.
+    fn waiting_types(
+        &self,
+        perception: &Perception,
+        config: &BeliefConfig,
+        pace: Pace,
+    ) -> BTreeSet<Name> {
         let waits = perception.types.iter().filter(|spec| {
             let of_type = self.candidates.iter().filter(|c| c.detection.type_name == spec.name);
-            let ripe = of_type.clone().filter(|c| c.frames >= config.confirm_frames).count();
+            let ripe = of_type.clone().filter(|c| c.seen.is_confirmed(pace)).count();
             let known = self.tracks.iter().any(|t| t.object.type_name == spec.name);
-            let patience = of_type.map(|c| c.frames).max().unwrap_or(0) < config.hidden_frames_max;
+            let waited_ns = of_type.map(|c| c.seen.ns()).max().unwrap_or(0);
+            let patience = waited_ns < config.hidden_ns_max();
             !spec.naming.list.is_empty() && !known && ripe != spec.naming.list.len() && patience
         });
         waits.map(|spec| spec.name.clone()).collect()
@@ -225,8 +235,21 @@ impl Tracker {
 
 impl Track {
     /// Whether it has been seen to be where it was no more, and is seen nowhere else.
-    pub(super) fn is_gone(&self, confirm_frames: u32) -> bool {
-        self.absent_frames >= confirm_frames
+    pub(super) fn is_gone(&self, pace: Pace) -> bool {
+        self.absent.is_some_and(|streak| streak.is_confirmed(pace))
+    }
+
+    /// For how long it has not been seen whole at the time of a frame, nanoseconds.
+    pub(super) fn unseen_ns(&self, capture_ns: u64) -> u64 {
+        if self.is_in_sight { 0 } else { capture_ns.saturating_sub(self.seen_ns) }
+    }
+
+    /// This frame shows its place without it.
+    fn miss(&mut self, pace: Pace) {
+        match &mut self.absent {
+            Some(streak) => streak.go_on(pace),
+            None => self.absent = Some(Streak::default()),
+        }
     }
 
     /// Whether a detection may show it where it was seen last.
@@ -237,7 +260,7 @@ impl Track {
     }
 
     fn volume_in_sight(&self) -> Option<Aabb> {
-        self.object.volume.filter(|_| self.frames_since_seen == 0)
+        self.object.volume.filter(|_| self.is_in_sight)
     }
 
     /// How unlike a detection is to this object: the distance of the middles and the difference
@@ -257,7 +280,7 @@ impl Track {
             && (is_covered(seen, occluders) || (in_place && is_covered(known, occluders)))
     }
 
-    fn see(&mut self, detection: Detection, capture_ns: u64) {
+    fn see(&mut self, detection: Detection, capture_ns: u64, pace: Pace) {
         let known = self.object.volume;
         self.object = detection.object(self.object.name.clone());
         let measured = match (known, detection.measured) {
@@ -271,11 +294,14 @@ impl Track {
         };
         self.score = detection.score;
         self.seen_ns = capture_ns;
-        (self.frames_since_seen, self.absent_frames) = (0, 0);
+        (self.is_in_sight, self.absent) = (true, None);
         self.contradiction = detection.contradiction;
         self.phrase_votes = detection.phrase.map(|phrase| match self.phrase_votes.take() {
-            Some((before, frames)) if before == phrase => (phrase, frames.saturating_add(1)),
-            Some(_) | None => (phrase, 1),
+            Some((before, mut streak)) if before == phrase => {
+                streak.go_on(pace);
+                (phrase, streak)
+            }
+            Some(_) | None => (phrase, Streak::default()),
         });
     }
 }

@@ -28,6 +28,8 @@ const WIDTH: usize = 640;
 const HEIGHT: usize = 480;
 /// Edge of a block: 50 pixels, 5 cm.
 const EDGE: f64 = 50.0;
+/// Time between two frames, seconds.
+const FRAME_S: f64 = 0.1;
 const CONFIRM_FRAMES: u32 = 3;
 const HIDDEN_FRAMES_MAX: u32 = 5;
 
@@ -128,8 +130,8 @@ impl Eyes {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("domains").join(domain);
         let folder = DomainFolder::read(&path).unwrap();
         let belief = BeliefConfig {
-            confirm_frames: CONFIRM_FRAMES,
-            hidden_frames_max: HIDDEN_FRAMES_MAX,
+            confirm_s: f64::from(CONFIRM_FRAMES - 1) * FRAME_S,
+            hidden_s_max: f64::from(HIDDEN_FRAMES_MAX) * FRAME_S,
             grasp_reach_m: 0.03,
         };
         let self_filter = SelfFilterConfig {
@@ -170,7 +172,7 @@ impl Eyes {
         let cause = FrameRef {
             cycle: self.n_frames,
             frame_sequence: self.n_frames,
-            capture_ns: self.n_frames * 100,
+            capture_ns: (self.n_frames as f64 * FRAME_S * 1e9) as u64,
             frame_send_ns: 0,
         };
         let (dispatches, statuses) =
