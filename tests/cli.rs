@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
+use common::report::{is_a_report, keys};
 use common::{SMALL_CAMERA, copy_folder, one_object, project, schema, unique_run};
 use serde_json::{Value, json};
 
@@ -46,11 +47,6 @@ fn refused_in(folder: &Path, args: &[&str], code: i32, said: &[&str]) {
 #[track_caller]
 fn refused(args: &[&str], said: &[&str]) {
     refused_in(&project(""), args, 2, said);
-}
-
-/// The keys of a JSON object in their order.
-fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
 fn strings(value: &Value) -> Vec<&str> {
@@ -518,42 +514,6 @@ fn a_goal_about_something_else_is_refused() {
 }
 
 // ── run ─────────────────────────────────────────────────────────────────────────────────────────
-
-/// What the JSON of an episode holds, in this order.
-const REPORT_KEYS: [&str; 19] = [
-    "verdict",
-    "reason",
-    "seed",
-    "cycles",
-    "frames",
-    "replans",
-    "skills_done",
-    "skills_failed",
-    "sim_seconds",
-    "wall_seconds",
-    "cpu_ms_per_frame",
-    "rungs",
-    "decision_hash",
-    "latency_us",
-    "plan",
-    "goal",
-    "goal_in_simulator",
-    "facts",
-    "faults",
-];
-
-#[track_caller]
-fn is_a_report(report: &Value) {
-    assert_eq!(keys(report), REPORT_KEYS);
-    let latency = &report["latency_us"];
-    assert_eq!(keys(latency), ["frame_to_command", "detect", "ground", "plan"]);
-    let kinds = &latency["frame_to_command"];
-    assert_eq!(keys(kinds), ["continue", "dispatch", "replan"]);
-    for kind in ["continue", "dispatch", "replan"] {
-        assert_eq!(keys(&kinds[kind]), ["count", "p50", "p99", "max"]);
-    }
-    assert_eq!(report["decision_hash"].as_str().unwrap().len(), 64);
-}
 
 #[test]
 fn an_episode_is_reported_as_one_object() {

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
+use common::report::keys;
 use common::{folders_in, one_object, project, schema};
 use groundloop::pddl::{Problem, Step};
 use groundloop::planning::{Budget, Outcome, PlanRequest, plan};
@@ -94,10 +95,6 @@ impl Desk {
     fn json(&self, name: &str) -> Value {
         serde_json::from_str(&fs::read_to_string(self.file(name)).unwrap()).unwrap()
     }
-}
-
-fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
 #[test]

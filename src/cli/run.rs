@@ -16,7 +16,7 @@ use super::table::{self, right};
 use super::{Failure, exit, out};
 use crate::actors::SnapshotRequest;
 use crate::messages::{Control, EventMessage, Stop, Verdict};
-use crate::metrics::{EpisodeReport, FaultRecord, Quantiles};
+use crate::metrics::{EpisodeReport, FaultRecord, Quantiles, UntrueDispatch};
 use crate::run::{
     Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
 };
@@ -108,7 +108,7 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
         }
         let verdict = &episode.end.verdict;
         worst = worst.max(verdict.exit_code());
-        if episode.report.is_false() {
+        if episode.report.is_false() || episode.report.n_against_evidence() > 0 {
             worst = worst.max(exit::CHECK_FAILED);
         }
         let stopped = matches!(verdict, Verdict::Stopped(_));
@@ -243,9 +243,8 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
             out::line("");
             Stream::Output.table(latency_table(report));
             out::line(&summary(report));
-            if let Some(told) = faults(&report.faults) {
-                out::line(&told);
-            }
+            let told = [untrue_steps(report), faults(&report.faults)];
+            told.iter().flatten().for_each(|told| out::line(told));
             Ok(())
         }
         reports => {
@@ -253,6 +252,9 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
             Stream::Output.table(episode_table(reports));
             let told = reports.iter().map(|r| (r.seed, r.verdict, r.goal_in_simulator));
             out::line(&tally(&told.collect::<Vec<_>>()));
+            if let Some(told) = against_evidence(reports) {
+                out::line(&told);
+            }
             Ok(())
         }
     }
@@ -275,6 +277,29 @@ fn tally(episodes: &[(u64, &str, Option<bool>)]) -> String {
         told.push(format!("\nFALSE: reached, but not in the simulator: seeds {seeds}"));
     }
     told.concat()
+}
+
+/// The seeds of the episodes that started a step against what could be known.
+fn against_evidence(reports: &[EpisodeReport]) -> Option<String> {
+    let seeds = reports.iter().filter(|report| report.n_against_evidence() > 0);
+    let seeds: Vec<String> = seeds.map(|report| report.seed.to_string()).collect();
+    let seeds = seeds.join(", ");
+    (!seeds.is_empty()).then(|| format!("AGAINST EVIDENCE: a step was started: seeds {seeds}"))
+}
+
+/// The steps that were started though their preconditions did not really hold.
+fn untrue_steps(report: &EpisodeReport) -> Option<String> {
+    let audit = report.dispatches.as_ref()?;
+    let steps = audit.against_truth.iter().map(|dispatch| {
+        let UntrueDispatch { frame, step, unmet, untrue_for_frames, is_against_evidence } =
+            dispatch;
+        let known = if *is_against_evidence { "AGAINST EVIDENCE" } else { "not known yet" };
+        let unmet = unmet.join(", ");
+        format!("#{frame} {step}: {unmet}, for {untrue_for_frames} frames, {known}")
+    });
+    let steps: Vec<String> = steps.collect();
+    let told = format!("started though it did not really hold:\n  {}", steps.join("\n  "));
+    (!steps.is_empty()).then_some(told)
 }
 
 /// Whether the goal holds in the simulator, for a table.
@@ -323,7 +348,15 @@ fn faults(records: &[FaultRecord]) -> Option<String> {
     let list: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
     let list = if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) };
     let refused = records.len() - happened;
-    (!records.is_empty()).then(|| format!("faults: {happened} happened{list}, {refused} could not"))
+    let latest = |frames: fn(&FaultRecord) -> Option<u64>, what: &str| {
+        let most = records.iter().filter_map(frames).max();
+        most.map_or_else(String::new, |frames| format!("\n  {what} after {frames} frames at most"))
+    };
+    let noticed = latest(|record| record.noticed_after_frames, "noticed");
+    let recovered = latest(|record| record.recovered_after_frames, "made good");
+    (!records.is_empty()).then(|| {
+        format!("faults: {happened} happened{list}, {refused} could not{noticed}{recovered}")
+    })
 }
 
 fn latency_table(report: &EpisodeReport) -> Table {

@@ -1,16 +1,14 @@
 //! Cameras: frames out. A camera in another process needs no adapter here: it is of the kind
 //! `external` and publishes the topic.
 
-use std::collections::BTreeSet;
 use std::pin::Pin;
 use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::HardwareInputs;
+use super::{HardwareInputs, TrueHistory};
 use crate::messages::Frame;
 use crate::parts::Role;
-use crate::pddl::{Atom, Name};
 
 /// The next frame, lent until the one after it; `None` when there will be no more.
 pub type NextFrame<'a> =
@@ -33,19 +31,9 @@ pub struct CameraPort {
     pub open: Option<OpenCamera>,
     /// Width and height of its frames, where they are known beforehand.
     pub image_size: Option<[u32; 2]>,
-    /// What really holds, where the camera sees a simulated world: for scoring once an episode has
+    /// What really was, where the camera sees a simulated world: for judging an episode that has
     /// ended.
-    pub truth: Option<Arc<dyn Fn() -> GroundTruth + Send + Sync>>,
-}
-
-/// What really is in a simulated world.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct GroundTruth {
-    /// The facts that hold.
-    pub facts: BTreeSet<Atom>,
-    /// Groups of objects that differ in nothing but name and place: no camera can tell which of
-    /// them bears which name.
-    pub look_alikes: Vec<Vec<Name>>,
+    pub history: Option<Arc<dyn Fn() -> TrueHistory + Send + Sync>>,
 }
 
 impl Role for CameraPort {

@@ -2,6 +2,7 @@
 
 pub mod file;
 pub mod images;
+mod history;
 mod camera;
 mod robot;
 mod sequencer;
@@ -13,8 +14,9 @@ pub mod sim;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraError, CameraPort, GroundTruth, NextFrame, OpenCamera};
+pub use camera::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
 pub use fault::{FaultConfig, FaultTime};
+pub use history::{GroundTruth, TrueDispatch, TrueHistory, TrueMoment};
 pub use robot::{FaultsOf, OpenRobot, Robot, RobotPort};
 pub use sequencer::{Arm, Sequencer, Target};
 pub use setup::{EXTERNAL, HardwareInputs, SharedWorld};

@@ -9,5 +9,5 @@ mod report;
 pub use answered_cycle::AnsweredCycle;
 pub use decision_hash::{DecisionHash, FORMAT as DECISIONS_FORMAT, encode as encode_decision};
 pub use latency::{Latency, Quantiles};
-pub use report::{EpisodeReport, FaultRecord, Latencies};
+pub use report::{DispatchAudit, EpisodeReport, FaultRecord, Latencies, UntrueDispatch};
 pub use tally::{EpisodeMetrics, EpisodeResult};

@@ -50,12 +50,19 @@ pub struct EpisodeReport {
     pub facts: Vec<String>,
     /// The faults of the run file that happened, and those that could not, in order.
     pub faults: Vec<FaultRecord>,
+    /// The steps that were started, judged by what was really so; `null` outside the simulator.
+    pub dispatches: Option<DispatchAudit>,
 }
 
 impl EpisodeReport {
     /// Whether the loop says that the goal is reached, and in the simulated world it is not.
     pub fn is_false(&self) -> bool {
         self.verdict == Verdict::Reached.word() && self.goal_in_simulator == Some(false)
+    }
+
+    /// How many steps were started against what could be known.
+    pub fn n_against_evidence(&self) -> u64 {
+        self.dispatches.as_ref().map_or(0, |audit| audit.n_against_evidence)
     }
 }
 
@@ -74,6 +81,40 @@ pub struct FaultRecord {
     pub happened: bool,
     /// What was done, or why nothing was.
     pub said: String,
+    /// Number of the first frame that can show it.
+    pub frame: u64,
+    /// How many frames later the loop no longer believed anything that it had made false; `null` where it
+    /// made nothing false that was believed, or the loop never noticed.
+    pub noticed_after_frames: Option<u64>,
+    /// How many frames later no more steps were left than just before it; `null` where that never came.
+    pub recovered_after_frames: Option<u64>,
+}
+
+/// The steps that the robot was told to carry out, judged by what was really so.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct DispatchAudit {
+    /// How many there were.
+    pub n_dispatches: u64,
+    /// Those whose precondition did not really hold, in order.
+    pub against_truth: Vec<UntrueDispatch>,
+    /// How many of these went against what could be known: it had been false, and all that it speaks of in
+    /// sight, for as long as a change takes to be believed. There must be none.
+    pub n_against_evidence: u64,
+}
+
+/// A step that was started though its precondition did not really hold.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct UntrueDispatch {
+    /// Number of the frame that it answered.
+    pub frame: u64,
+    /// The step, as `(action object …)`.
+    pub step: String,
+    /// The parts of its precondition that did not hold.
+    pub unmet: Vec<String>,
+    /// For how many frames it had not held, that one included.
+    pub untrue_for_frames: u64,
+    /// Whether it went against what could be known.
+    pub is_against_evidence: bool,
 }
 
 /// Latencies by stage, in microseconds.

@@ -2,15 +2,20 @@
 
 use std::sync::Arc;
 
+use super::DomainFolder;
+use super::audit::{Audit, every_object};
+use super::diary::Diary;
 use super::observer::{Observed, Observer};
-use super::scoring::{Words, really_holds, with_unseen};
+use super::scoring::{Words, with_unseen};
 use super::wiring::{PreparedRun, Shared};
 use super::{RunError, new_run_id};
 use crate::actors::{
     ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
-use crate::messages::{ActorHealth, RunDescriptor};
+use crate::hardware::TrueHistory;
+use crate::logic::Bindings;
+use crate::messages::{ActorHealth, GoalMessage, RunDescriptor};
 use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
 use crate::scene::Scene;
 use crate::transport::convert::{WireContext, run_to_wire};
@@ -52,10 +57,13 @@ pub async fn run_episode(
     let folder = &prepared.folder;
     let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
     let _description = describe(prepared, &bus, run_id)?;
-    let mut observer = Observer::open(&bus, Arc::clone(&context))?;
     let monitor = Monitor::new(&prepared.config.panic);
     let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
     let hardware = prepared.hardware()?;
+    let mut observer = Observer::open(&bus, Arc::clone(&context))?;
+    if hardware.camera.history.is_some() {
+        observer = observer.with_diary();
+    }
     let mut actors = prepared.core_actors(&bus, &shared, &hardware.robot)?;
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
@@ -79,22 +87,38 @@ pub async fn run_episode(
     };
     supervision.stop().await;
     ended?;
-    let Observed { result, goal, health } = observer.finish()?.ok_or_else(gone)?;
+    let Observed { result, goal, diary, health } = observer.finish()?.ok_or_else(gone)?;
     let seconds = |ns: u64| ns as f64 / 1e9;
     let (wall_ns, cpu_ns) = (monotonic_ns() - started_ns, process_cpu_ns() - cpu_ns);
     let mut report = report(prepared.config.seed, &result, &health, [wall_ns, cpu_ns].map(seconds));
     report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
-    report.goal_in_simulator = match (hardware.camera.truth, goal, &result.scene) {
-        (Some(truth), Some(goal), Some(scene)) => {
-            let (types, rules) = (&folder.domain.types, &folder.rules);
-            let truth = truth();
-            let objects = &with_unseen(scene.typed_objects(), &folder.domain, &truth);
-            really_holds(Words { types, rules, objects }, &goal.goal, &truth)
-        }
-        _ => None,
-    };
     report.faults = hardware.robot.faults.map(|faults| faults()).unwrap_or_default();
+    if let Some(history) = hardware.camera.history {
+        judge(prepared, &history(), (&diary, &result, goal.as_ref()), &mut report);
+    }
     Ok(Episode { report, end: result, n_panics: monitor.n_panics() })
+}
+
+/// Judges an episode by what really was.
+fn judge(
+    prepared: &PreparedRun,
+    history: &TrueHistory,
+    (diary, result, goal): (&Diary, &EpisodeResult, Option<&GoalMessage>),
+    report: &mut EpisodeReport,
+) {
+    let DomainFolder { domain, perception, rules, .. } = &*prepared.folder;
+    let seen = result.scene.as_ref().map(Scene::typed_objects).unwrap_or_default();
+    let objects = &with_unseen(seen, domain, &history.now);
+    let words = Words { domain, perception, rules, objects };
+    let none = Bindings::new();
+    report.goal_in_simulator =
+        goal.and_then(|goal| words.really_holds(&goal.goal, &none, &history.now));
+    let objects = &every_object(words, history, diary);
+    let words = Words { objects, ..words };
+    let confirm_s = prepared.config.perception.belief.confirm_s;
+    let audit = Audit { words, history, diary, confirm_s, rate_hz: prepared.config.camera.rate_hz };
+    report.dispatches = Some(audit.dispatches());
+    audit.follow(&mut report.faults);
 }
 
 fn gone() -> Fatal {
@@ -159,5 +183,6 @@ fn report(
         goal_in_simulator: None,
         facts: confirmed.known.iter().map(ToString::to_string).collect(),
         faults: Vec::new(),
+        dispatches: None,
     }
 }

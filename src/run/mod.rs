@@ -16,8 +16,10 @@ mod planner;
 mod hardware;
 mod ready_detectors;
 mod wiring;
+mod diary;
 mod observer;
 mod scoring;
+mod audit;
 mod episode;
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::diary::Diary;
 use crate::messages::{
     ActorHealth, Command, DecisionMessage, EpisodeEnd, GoalMessage, GoalUpdate, PlanMessage,
     Verdict,
@@ -37,6 +38,8 @@ pub(super) struct Observer {
     healths: Subscriber<StreamHeader, HealthRecord>,
     waiting: Waiting,
     metrics: EpisodeMetrics,
+    /// What was believed and planned, where that will be asked for.
+    diary: Option<Diary>,
     last_decision: Option<u64>,
     last_scene: Option<Scene>,
     end: Option<EpisodeEnd>,
@@ -47,6 +50,7 @@ pub(super) struct Observer {
 pub(super) struct Observed {
     pub(super) result: EpisodeResult,
     pub(super) goal: Option<GoalMessage>,
+    pub(super) diary: Diary,
     pub(super) health: Vec<ActorHealth>,
 }
 
@@ -73,11 +77,18 @@ impl Observer {
             healths: bus.subscriber(&HEALTH, Depth::newest())?,
             waiting: Waiting::default(),
             metrics: EpisodeMetrics::default(),
+            diary: None,
             last_decision: None,
             last_scene: None,
             end: None,
             goal: None,
         })
+    }
+
+    /// Keeps what is believed and planned, too.
+    pub(super) fn with_diary(mut self) -> Self {
+        self.diary = Some(Diary::default());
+        self
     }
 
     /// Reads until the episode has ended.
@@ -110,7 +121,8 @@ impl Observer {
         let read = |m: Received<_, _>| health_from_wire(m.header(), m.records(), &self.context);
         let health = self.healths.drain_newest_of(read)?.unwrap_or_default();
         let result = EpisodeResult { verdict, counts, tally, remaining, scene };
-        Ok(Some(Observed { result, goal: self.goal, health }))
+        let diary = self.diary.unwrap_or_default();
+        Ok(Some(Observed { result, goal: self.goal, diary, health }))
     }
 
     /// Books an answered frame; whether the episode has ended with it, or was stopped meanwhile.
@@ -139,6 +151,9 @@ impl Observer {
         let plan = self.waiting.plan(decision.plan_cycle);
         let command = self.waiting.command(decision.sequence);
         if let (Some(scene), Some(plan), Some(command)) = (&scene, &plan, &command) {
+            if let Some(diary) = &mut self.diary {
+                diary.write(scene, plan);
+            }
             let end = self.end.as_ref().filter(|_| decision.is_last);
             self.metrics.count(&AnsweredCycle {
                 scene,

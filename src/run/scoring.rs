@@ -6,21 +6,62 @@
 
 use crate::hardware::GroundTruth;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
-use crate::pddl::{Atom, Axiom, Condition, Domain, Name, Typed, Types};
-use crate::perception::complete;
+use crate::pddl::{Atom, Axiom, Condition, Domain, Name, Typed};
+use crate::perception::model::Perception;
+use crate::perception::{GripperContent, complete, merged, proprioception};
 
 /// Most ways to name look-alikes that are tried: eight of one kind have 40 320.
 const NAMINGS_MAX: u32 = 50_000;
 
-/// What a goal is judged by.
+/// What the truth is told in.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Words<'a> {
-    /// The domain's types.
-    pub(super) types: &'a Types,
+    /// The domain.
+    pub(super) domain: &'a Domain,
+    /// Which of its predicates the robot tells of itself.
+    pub(super) perception: &'a Perception,
     /// Its completion rules.
     pub(super) rules: &'a [Axiom],
-    /// The objects that the goal speaks of.
+    /// The objects that are spoken of.
     pub(super) objects: &'a [Typed],
+}
+
+impl Words<'_> {
+    /// Everything that really holds, with bodies named by `named`: what is observed, what is held, and
+    /// what follows.
+    fn true_facts(&self, truth: &GroundTruth, named: &Naming<'_>) -> Facts {
+        let renamed = |atom: &Atom| Atom {
+            predicate: atom.predicate.clone(),
+            args: atom.args.iter().map(named).collect(),
+        };
+        let observed = Facts::new(truth.facts.iter().map(renamed).collect());
+        let held = truth.held.as_ref().map(named);
+        let gripper = held.map_or(GripperContent::Empty, GripperContent::Holds);
+        let told = proprioception(self.domain, self.perception, self.objects, &gripper);
+        complete(self.rules, &self.domain.types, self.objects, &merged(observed, told))
+    }
+
+    /// Everything that really holds, by the simulator's own names.
+    pub(super) fn facts(&self, truth: &GroundTruth) -> Facts {
+        self.true_facts(truth, &Name::clone)
+    }
+
+    /// Whether a condition really holds, under one of the ways to name what looks alike. `None` when it
+    /// holds under none of the first [`NAMINGS_MAX`].
+    pub(super) fn really_holds(
+        &self,
+        condition: &Condition,
+        bindings: &Bindings,
+        truth: &GroundTruth,
+    ) -> Option<bool> {
+        let universe = Universe { types: &self.domain.types, objects: self.objects };
+        let holds = |named: &Naming<'_>| {
+            let facts = self.true_facts(truth, named);
+            evaluate(condition, bindings, &universe, &|atom| facts.truth(atom)).is_true()
+        };
+        let bodies = &truth.look_alikes;
+        Namings { bodies, names: bodies.clone(), n_left: NAMINGS_MAX }.any((0, 0), &holds)
+    }
 }
 
 /// The objects that were seen, and those of the true facts that nobody has seen.
@@ -38,28 +79,6 @@ pub(super) fn with_unseen(
         }
     }
     objects
-}
-
-/// Whether the goal really holds: the true facts, completed by the domain's rules, under one of the
-/// ways to name what looks alike. `None` when it holds under none of the first [`NAMINGS_MAX`].
-pub(super) fn really_holds(
-    words: Words<'_>,
-    goal: &Condition,
-    truth: &GroundTruth,
-) -> Option<bool> {
-    let Words { types, rules, objects } = words;
-    let holds = |named: &Naming<'_>| {
-        let renamed = |atom: &Atom| Atom {
-            predicate: atom.predicate.clone(),
-            args: atom.args.iter().map(named).collect(),
-        };
-        let facts = Facts::new(truth.facts.iter().map(renamed).collect());
-        let facts = complete(rules, types, objects, &facts);
-        let universe = Universe { types, objects };
-        evaluate(goal, &Bindings::new(), &universe, &|atom| facts.truth(atom)).is_true()
-    };
-    let bodies = &truth.look_alikes;
-    Namings { bodies, names: bodies.clone(), n_left: NAMINGS_MAX }.any((0, 0), &holds)
 }
 
 /// The name that a body bears.
@@ -126,14 +145,16 @@ mod tests {
         let truth = GroundTruth {
             facts: facts.into_iter().collect(),
             look_alikes: look_alikes.iter().map(named).collect(),
+            ..GroundTruth::default()
         };
         let literal = |atom: Atom| {
             let args = atom.args.into_iter().map(crate::pddl::Term::Object).collect();
             Condition::Atom(crate::pddl::Literal { predicate: atom.predicate, args })
         };
         let goal = Condition::And(goal.into_iter().map(literal).collect());
-        let (types, rules) = (&folder.domain.types, &folder.rules);
-        really_holds(Words { types, rules, objects: &objects }, &goal, &truth)
+        let DomainFolder { domain, perception, rules, .. } = &folder;
+        let words = Words { domain, perception, rules, objects: &objects };
+        words.really_holds(&goal, &Bindings::new(), &truth)
     }
 
     #[test]

@@ -12,6 +12,7 @@
 
 pub mod eval;
 pub mod external;
+pub mod report;
 pub mod schema;
 
 use std::io::{BufRead as _, BufReader, Read as _};

@@ -79,6 +79,7 @@ impl SimCamera {
         });
         self.frame.model = Some(model);
         rendered.map_err(|e| CameraError::Render { reason: e.to_string() })?;
+        self.hardware.witness(&self.name, sequence, &buffer.ids);
         // The buffers change places, so that no frame needs new memory.
         std::mem::swap(&mut self.frame.rgb, &mut buffer.rgb);
         std::mem::swap(self.frame.depth_m.get_or_insert_default(), &mut buffer.depth_m);

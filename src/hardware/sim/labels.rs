@@ -13,9 +13,10 @@ use serde::Deserialize;
 use super::camera::model_of;
 use super::config::SimConfig;
 use super::robot::{SimHardware, read_scene};
+use super::witness::is_settled;
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
-use crate::hardware::GroundTruth;
+use crate::hardware::{GroundTruth, TrueDispatch, TrueHistory, TrueMoment};
 use crate::parts::PartError;
 use crate::pddl::{Atom, Condition, Domain, Name, Problem, Typed, print_problem};
 use crate::perception::model::{ObjectBox, Perception};
@@ -138,14 +139,38 @@ impl Oracle {
         Ok(Some(Self { labels, domain: domain.clone(), hardware }))
     }
 
-    /// What really is now. For scoring after an episode; nothing in the loop may ask.
-    pub fn truth(&self) -> GroundTruth {
-        let (truth, look_alikes) = self.hardware.oracle();
+    /// What really was and is. For judging an episode that has ended; nothing in the loop may ask.
+    pub fn history(&self) -> TrueHistory {
+        let (now, look_alikes) = self.hardware.oracle();
+        let (moments, dispatches) = self.hardware.remembered();
+        let named = |group: Vec<String>| group.iter().map(Name::new).collect();
+        let look_alikes: Vec<Vec<Name>> = look_alikes.into_iter().map(named).collect();
+        let moments = moments.into_iter().map(|moment| TrueMoment {
+            frame_sequence: moment.frame,
+            truth: self.in_words(&moment.truth, &look_alikes),
+            seen: moment.seen.iter().map(Name::new).collect(),
+        });
+        let dispatches = dispatches.into_iter();
+        TrueHistory {
+            moments: moments.collect(),
+            dispatches: dispatches
+                .map(|(frame_sequence, step)| TrueDispatch { frame_sequence, step })
+                .collect(),
+            now: self.in_words(&now, &look_alikes),
+        }
+    }
+
+    fn in_words(&self, truth: &Truth, look_alikes: &[Vec<Name>]) -> GroundTruth {
         let bodies: Vec<&BodyTruth> = truth.bodies.iter().collect();
         let labels = self.labels.label.iter();
-        let facts = labels.flat_map(|label| label.facts(&bodies, &self.domain)).collect();
-        let named = |group: Vec<String>| group.iter().map(Name::new).collect();
-        GroundTruth { facts, look_alikes: look_alikes.into_iter().map(named).collect() }
+        let named = |body: &BodyTruth| Name::new(&body.name);
+        GroundTruth {
+            facts: labels.flat_map(|label| label.facts(&bodies, &self.domain)).collect(),
+            held: truth.bodies.iter().find(|body| body.held).map(named),
+            objects: truth.bodies.iter().map(named).collect(),
+            unsettled: truth.bodies.iter().filter(|body| !is_settled(body)).map(named).collect(),
+            look_alikes: look_alikes.to_vec(),
+        }
     }
 }
 

@@ -3,6 +3,8 @@
 #[cfg(feature = "sim")]
 mod config;
 #[cfg(feature = "sim")]
+mod witness;
+#[cfg(feature = "sim")]
 mod robot;
 #[cfg(feature = "sim")]
 mod faults;

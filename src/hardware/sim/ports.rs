@@ -25,7 +25,7 @@ pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<Camera
             Ok(Box::new(camera.ok_or_else(gone)?))
         })),
         image_size: Some(image_size),
-        truth: oracle.map(|oracle| Arc::new(move || oracle.truth()) as _),
+        history: oracle.map(|oracle| Arc::new(move || oracle.history()) as _),
     }))
 }
 

@@ -12,6 +12,7 @@ use tokio::sync::watch;
 
 use super::config::SimConfig;
 use super::faults::{ArmFaults, FaultSchedule, Occasion, RobotParts, SimArm, happen};
+use super::witness::{Moment, Witness};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::files::{FileRef, Folder};
 use crate::hardware::{FaultConfig, Robot, Sequencer};
@@ -70,6 +71,8 @@ struct Hardware {
     arm_faults: ArmFaults,
     /// What came of the faults so far.
     records: Vec<FaultRecord>,
+    /// What really was.
+    witness: Witness,
     /// The command whose step is carried out, and the step.
     running: Option<(u64, Step)>,
     /// What the gripper held last.
@@ -113,6 +116,7 @@ impl SimHardware {
             faults,
             arm_faults: ArmFaults::default(),
             records: Vec::new(),
+            witness: Witness::default(),
             running: None,
             held: None,
             frame: 0,
@@ -171,6 +175,19 @@ impl SimHardware {
         (hardware.world.truth(), hardware.world.look_alikes())
     }
 
+    /// A camera has taken a frame of the world as it is; `ids` says which body each pixel shows.
+    pub(super) fn witness(&self, camera: &str, frame: u64, ids: &[u16]) {
+        let hardware = &mut *self.lock();
+        hardware.witness.see(camera, frame, &hardware.world, ids);
+    }
+
+    /// What really was, in order of the frames, and what the robot was told in answer to which frame; like
+    /// the oracle for after the episode.
+    pub(super) fn remembered(&self) -> (Vec<Moment>, Vec<(u64, Step)>) {
+        let witness = &self.lock().witness;
+        (witness.moments().cloned().collect(), witness.dispatches().cloned().collect())
+    }
+
     /// The faults that have happened, and those that could not, in order.
     pub fn faults(&self) -> Vec<FaultRecord> {
         self.lock().records.clone()
@@ -211,6 +228,7 @@ impl Hardware {
         if matches!(command.kind, CommandKind::Start(_)) && said == Some(StatusKind::Accepted) {
             self.running = command.step.clone().map(|step| (command.id, step));
             if let Some(step) = &command.step {
+                self.witness.dispatched(command.frame_sequence, step);
                 self.faults.note(Occasion::Started(step), self.world.time_ns());
             }
             let has_step = self.running.is_some();
@@ -220,7 +238,14 @@ impl Hardware {
         if let Some(kind) = said {
             self.say(command.id, kind);
         }
-        self.records.append(&mut self.arm_faults.happened);
+        self.write_down(None);
+    }
+
+    /// Keeps what has come of faults, with the first frame that can show it.
+    fn write_down(&mut self, record: Option<FaultRecord>) {
+        let frame = self.witness.next_frame();
+        let records = self.arm_faults.happened.drain(..).chain(record);
+        self.records.extend(records.map(|record| FaultRecord { frame, ..record }));
     }
 
     /// Lets the world go on until `time_ns`, one control period after the other.
@@ -241,7 +266,7 @@ impl Hardware {
                     self.faults.note(Occasion::Ended(&step), self.world.time_ns());
                 }
             }
-            self.records.append(&mut self.arm_faults.happened);
+            self.write_down(None);
             if self.world.time_ns() == before_ns {
                 return; // less than one physics step is left
             }
@@ -264,8 +289,8 @@ impl Hardware {
         for due in self.faults.due(self.world.time_ns()) {
             let Self { world, sequencer, .. } = self;
             let robot = RobotParts { world, sequencer, has_step };
-            self.records.extend(happen(due, self.faults.seed(), robot, &mut self.arm_faults));
-            self.records.append(&mut self.arm_faults.happened);
+            let record = happen(due, self.faults.seed(), robot, &mut self.arm_faults);
+            self.write_down(record);
         }
     }
 }
