@@ -11,6 +11,7 @@ use super::reports::{
     RunReport, ValidationReport,
 };
 use super::{Failure, out};
+use crate::eval::faults::FaultsReport;
 use crate::eval::prodgv::EvaluationReport;
 use crate::eval::robustness::RobustnessReport;
 use crate::stress::StressReport;
@@ -28,6 +29,7 @@ type Make = fn() -> Schema;
 /// The schemas of all verbs that have `--json`, in alphabetical order.
 const SCHEMAS: &[(&str, Make)] = &[
     ("config-show", schema::<ConfigReport>),
+    ("eval-faults", schema::<FaultsReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
     ("eval-robustness", schema::<RobustnessReport>),
     #[cfg(feature = "sim")]

@@ -1,6 +1,10 @@
 //! Measurements on data sets: the paper's evaluation, and rendered scenes.
 
+mod interval;
+pub mod faults;
 pub mod prodgv;
 pub mod robustness;
 #[cfg(feature = "sim")]
 pub mod sim_grounding;
+
+pub use interval::wilson_95;

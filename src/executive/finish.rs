@@ -20,6 +20,13 @@ impl Executive {
     /// The goal holds in what is believed: it is reached once every fact of it has been seen, nothing is
     /// strange any more, and everything has stayed where it is for `limits.goal_rest_s`.
     pub(super) fn finish(&mut self, cycle: &mut Cycle<'_>) -> Answer {
+        if cycle.input.plan.is_doubted {
+            self.goal_seen = None;
+            let anomalies = &cycle.input.scene.anomalies;
+            let what: Vec<String> = anomalies.iter().map(ToString::to_string).collect();
+            let reason = format!("the goal seems to hold, but there is {}", what.join(", "));
+            return self.re_observe(cycle, &reason);
+        }
         if let Some(answer) = self.re_observe_anomalies(cycle, &[]) {
             self.goal_seen = None;
             return answer;

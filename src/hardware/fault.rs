@@ -7,6 +7,9 @@ use serde::Deserialize;
 
 use crate::mismatch::{Mismatch, listed};
 
+/// Stands for any step and any object, and for an object that the seed draws.
+pub(crate) const ANY: &str = "any";
+
 /// `[[fault]]`: something that goes wrong in the simulated world or its robot. Exactly one of `at_s`,
 /// `during`, `after` and `holding` says when.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
@@ -15,10 +18,10 @@ pub struct FaultConfig {
     /// When: at this time of the simulated world, seconds; or at a time between two, which the seed
     /// draws.
     pub at_s: Option<FaultTime>,
-    /// When: while this action (`stack`) or this step (`(stack red_block blue_block arm)`) is carried
-    /// out.
+    /// When: while this action (`stack`), this step (`(stack red_block blue_block arm)`) or "any" is
+    /// carried out.
     pub during: Option<String>,
-    /// When: once this action or this step has ended, however it ended.
+    /// When: once this action, this step or "any" has ended, however it ended.
     pub after: Option<String>,
     /// When: as the gripper takes this object, or "any".
     pub holding: Option<String>,
@@ -28,7 +31,8 @@ pub struct FaultConfig {
     pub every: Option<bool>,
     /// How long after that, seconds of simulated time; without the key at once.
     pub after_s: Option<f64>,
-    /// How likely it is to happen, each time: 0 to 1; without the key always. The run's seed draws it.
+    /// How likely it is to happen, each time: 0 to 1; without the key always. The run's seed draws it, and
+    /// `fault_rate` of the run file is multiplied with it.
     pub probability: Option<f64>,
     /// What happens.
     #[cfg_attr(feature = "sim", schemars(with = "super::sim::FaultAction"))]
@@ -78,7 +82,15 @@ impl FaultConfig {
     /// The actions and steps that it waits for, each with its key.
     pub fn steps(&self) -> impl Iterator<Item = (&'static str, &str)> {
         let keys = [("during", &self.during), ("after", &self.after)];
-        keys.into_iter().filter_map(|(key, said)| Some((key, said.as_deref()?)))
+        let named = keys.into_iter().filter_map(|(key, said)| Some((key, said.as_deref()?)));
+        named.filter(|(_, said)| *said != ANY)
+    }
+
+    /// The same, so many times as likely.
+    #[must_use]
+    pub fn at_rate(mut self, rate: f64) -> Self {
+        self.probability = Some(self.probability.unwrap_or(1.0) * rate);
+        self
     }
 
     /// What is wrong with when it happens; `at` is where it stands.

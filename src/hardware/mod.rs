@@ -15,6 +15,8 @@ pub mod sim;
 mod tests;
 
 pub use camera::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
+#[cfg(feature = "sim")]
+pub(crate) use fault::ANY;
 pub use fault::{FaultConfig, FaultTime};
 pub use history::{GroundTruth, TrueDispatch, TrueHistory, TrueMoment};
 pub use robot::{FaultsOf, OpenRobot, Robot, RobotPort};

@@ -150,6 +150,8 @@ pub struct PlanMessage {
     /// Whether the goal holds only if what a step that has ended should have changed is so, which nobody has
     /// seen yet.
     pub is_predicted: bool,
+    /// Whether the goal holds, and an anomaly says of an object that it speaks of what cannot be.
+    pub is_doubted: bool,
     /// Which source of the plan-reuse cascade gave it; none when the question could not be put.
     pub source: Option<PlanSource>,
     /// States expanded for it.
@@ -171,6 +173,7 @@ impl PlanMessage {
             verdict,
             of_all: false,
             is_predicted: false,
+            is_doubted: false,
             source: None,
             expansions: 0,
             plan_us: 0,

@@ -141,12 +141,14 @@ impl Replanner {
         let decided = spent();
         let verdict = self.verdict(end);
         let is_predicted = verdict.is_goal() && !self.is_goal_seen(query.scene, query.goal);
+        let is_doubted = verdict.is_goal() && doubts(query.scene, query.goal, of_all);
         let plan_us = (spent() - start).wall_ns / 1000;
         PlanMessage {
             cause,
             verdict,
             of_all,
             is_predicted,
+            is_doubted,
             source,
             expansions,
             plan_us: u32::try_from(plan_us).unwrap_or(u32::MAX),
@@ -347,4 +349,12 @@ impl Search<'_> {
         };
         self.planner.plan(&query)
     }
+}
+
+/// Whether an anomaly says of an object that the goal speaks of what cannot be. What is strange in a place
+/// beside an object says nothing against what is seen of the object.
+fn doubts(scene: &Scene, goal: &GoalMessage, of_all: bool) -> bool {
+    let is_named = |object: &Name| goal.named.iter().any(|named| named.name == *object);
+    let mut structural = scene.anomalies.iter().filter(|anomaly| anomaly.place.is_none());
+    structural.any(|anomaly| anomaly.objects.iter().any(|object| of_all || is_named(object)))
 }

@@ -36,7 +36,7 @@ impl HardwarePorts {
             origin: &config.origin,
             domain: &folder.domain,
             sim: config.sim.as_ref(),
-            faults: &config.fault,
+            faults: &config.faults_at_rate(),
             world: &world,
         };
         let camera = |name: &str| -> Result<CameraPort, ConfigError> {

@@ -77,6 +77,8 @@ pub struct RunConfig {
         schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")
     )]
     pub sim: Option<toml::Table>,
+    /// What every `probability` of a `[[fault]]` is multiplied with, 0 to 1.
+    pub fault_rate: f64,
     /// Disturbances of the simulated world.
     #[serde(default)]
     pub fault: Vec<FaultConfig>,
@@ -209,6 +211,9 @@ impl RunConfig {
                 found.push(Mismatch::new(table, "none, since nothing is simulated", "a table"));
             }
         }
+        if !(0.0..=1.0).contains(&self.fault_rate) {
+            found.push(Mismatch::new("fault_rate", "a number from 0 to 1", self.fault_rate));
+        }
         for (idx, fault) in self.fault.iter().enumerate() {
             found.extend(fault.mismatch(&format!("fault[{idx}]")));
         }
@@ -270,6 +275,11 @@ impl RunConfig {
         let scene = read_scene(&folder.files.file(&self.sim()?.scene))?;
         let found = fault_mismatches(&scene, &self.fault).into_iter();
         Ok(found.map(|mismatch| self.located(mismatch)).collect())
+    }
+
+    /// The faults as likely as `fault_rate` makes them.
+    pub fn faults_at_rate(&self) -> Vec<FaultConfig> {
+        self.fault.iter().map(|fault| fault.clone().at_rate(self.fault_rate)).collect()
     }
 
     /// A mismatch with the place where its key was written.

@@ -4,9 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{TRANSFORMS, Tried, Worth};
-
-/// 95 % of the standard normal distribution lie within this many standard deviations.
-const Z_95: f64 = 1.96;
+use crate::eval::interval::wilson_95;
 
 /// Output of `groundloop eval robustness --json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -80,7 +78,7 @@ impl RobustnessRow {
             Worth::Silent => &mut self.silent,
         };
         *counter += 1;
-        self.right_share_95 = wilson(self.right, self.n());
+        self.right_share_95 = wilson_95(self.right, self.n());
     }
 }
 
@@ -140,7 +138,7 @@ impl RobustnessReport {
             total.doubted += row.doubted;
             total.silent += row.silent;
         }
-        total.right_share_95 = wilson(total.right, total.n());
+        total.right_share_95 = wilson_95(total.right, total.n());
         total
     }
 
@@ -163,31 +161,5 @@ fn empty(pictures: &str, transform: &str, hides: bool) -> RobustnessRow {
         doubted,
         silent,
         right_share_95: [0.0, 1.0],
-    }
-}
-
-/// Wilson's 95 % interval of a share.
-fn wilson(part: u32, whole: u32) -> [f64; 2] {
-    if whole == 0 {
-        return [0.0, 1.0];
-    }
-    let (n, share) = (f64::from(whole), f64::from(part) / f64::from(whole));
-    let z2 = Z_95 * Z_95;
-    let middle = share + z2 / (2.0 * n);
-    let half = Z_95 * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
-    [middle - half, middle + half].map(|edge| (edge / (1.0 + z2 / n)).clamp(0.0, 1.0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Values of the interval's formula, computed by hand for 8 of 10.
-    #[test]
-    fn the_interval_is_wilsons() {
-        let [low, high] = wilson(8, 10);
-        assert!((low - 0.490).abs() < 1e-3 && (high - 0.943).abs() < 1e-3, "{low} {high}");
-        assert_eq!(wilson(0, 0), [0.0, 1.0]);
-        assert!(wilson(34, 34)[1] == 1.0 && wilson(0, 34)[0] == 0.0);
     }
 }

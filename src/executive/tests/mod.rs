@@ -34,6 +34,7 @@ struct Episode {
     of_all: bool,
     /// Whether the goal holds only by what was predicted.
     is_predicted: bool,
+    is_doubted: bool,
     robot: Option<RobotState>,
     /// How old the scene is when it is looked at.
     age_ms: u64,
@@ -121,6 +122,7 @@ impl Episode {
             plan: PlanVerdict::Plan { steps: Vec::new(), cost: 0 },
             of_all: false,
             is_predicted: false,
+            is_doubted: false,
             robot: Some(robot),
             age_ms: 0,
         };
@@ -178,6 +180,7 @@ impl Episode {
         let statuses: Vec<Status> = kinds.iter().map(status).collect();
         let mut plan = PlanMessage::new(self.scene.cause, self.plan.clone());
         (plan.of_all, plan.is_predicted) = (self.of_all, self.is_predicted);
+        plan.is_doubted = self.is_doubted;
         let input = CycleInput {
             scene: &self.scene,
             plan: &plan,

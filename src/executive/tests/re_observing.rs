@@ -70,6 +70,16 @@ fn the_goal_counts_as_reached_once_anomalies_are_looked_into() {
     assert_eq!((n, verdict), (11, Verdict::Reached));
 }
 
+/// What cannot be of an object of the goal is not got used to.
+#[test]
+fn a_goal_that_is_doubted_is_not_reached() {
+    let mut episode = doubting("red_block");
+    episode.is_doubted = true;
+    let (n, verdict) = episode.plan(&[]).run_out(20);
+    let why = "the goal seems to hold, but there is nothing under red_block";
+    assert_eq!((n, verdict.reason()), (9, format!("limits.observing_s_max: {why}")));
+}
+
 /// "All disks are on the right peg" is not known while one may be behind a hand.
 #[test]
 fn a_goal_over_all_objects_waits_for_what_may_hide_one() {

@@ -13,6 +13,8 @@ const PLAN_STEPS_MAX: usize = 65_536;
 /// Flags of a plan, in the field that counts unsettled facts in scenes.
 const OF_ALL: u32 = 1;
 const IS_PREDICTED: u32 = 2;
+const IS_DOUBTED: u32 = 4;
+const ALL_FLAGS: u32 = OF_ALL | IS_PREDICTED | IS_DOUBTED;
 
 /// Writes a plan.
 ///
@@ -24,8 +26,9 @@ pub fn plan_to_wire(
 ) -> Result<(TaskHeader, Vec<StepRecord>), WireError> {
     let mut header = context.header(&plan.cause);
     header.stage_us = [plan.plan_us, 0];
-    header.unsettled =
-        (u32::from(plan.of_all) * OF_ALL) | (u32::from(plan.is_predicted) * IS_PREDICTED);
+    header.unsettled = (u32::from(plan.of_all) * OF_ALL)
+        | (u32::from(plan.is_predicted) * IS_PREDICTED)
+        | (u32::from(plan.is_doubted) * IS_DOUBTED);
     header.source = source_to_wire(plan.source);
     header.expansions = plan.expansions;
     header.observe_ns = [plan.observe.cpu_ns, plan.observe.wall_ns];
@@ -98,8 +101,8 @@ pub fn plan_from_wire(
         other => return Err(WireError::new("plan verdict", "0 to 6", other)),
     };
     let flags = header.unsettled;
-    if flags & !(OF_ALL | IS_PREDICTED) != 0 {
-        return Err(WireError::new("plan flags", format!("0 to {}", OF_ALL | IS_PREDICTED), flags));
+    if flags & !ALL_FLAGS != 0 {
+        return Err(WireError::new("plan flags", format!("0 to {ALL_FLAGS}"), flags));
     }
     let spent = |[cpu_ns, wall_ns]: [u64; 2]| Spent { cpu_ns, wall_ns };
     Ok(PlanMessage {
@@ -107,6 +110,7 @@ pub fn plan_from_wire(
         verdict,
         of_all: flags & OF_ALL != 0,
         is_predicted: flags & IS_PREDICTED != 0,
+        is_doubted: flags & IS_DOUBTED != 0,
         source: source_from_wire(header.source)?,
         expansions: header.expansions,
         plan_us: header.stage_us[0],

@@ -17,13 +17,10 @@ pub(super) use acting::{ArmFaults, RobotParts, SimArm};
 use draws::{Purpose, draws};
 pub(super) use schedule::{Due, FaultSchedule, Occasion};
 
-use crate::hardware::FaultConfig;
+use crate::hardware::{ANY, FaultConfig};
 use crate::metrics::FaultRecord;
 use crate::mismatch::{Mismatch, listed};
 use crate::settings::near_hint;
-
-/// Stands for an object that the seed draws, or for any object.
-const ANY: &str = "any";
 
 /// One thing that goes wrong. Its `kind` says to which group it belongs: what is done to the objects
 /// is the world's, what the robot does wrongly is the robot's.
@@ -97,7 +94,7 @@ fn record(
 ) -> FaultRecord {
     match &said {
         Ok(done) => tracing::info!(target: "fault", "{done}"),
-        Err(error) => tracing::warn!(target: "fault", %error, "not applied"),
+        Err(error) => tracing::info!(target: "fault", %error, "not applied"),
     }
     let (fault, kind, happened) = (tag.fault, tag.kind.clone(), said.is_ok());
     let said = said.unwrap_or_else(|error| error);

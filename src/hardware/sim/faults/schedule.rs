@@ -2,7 +2,7 @@
 
 use super::FaultAction;
 use super::draws::{Purpose, draws};
-use crate::hardware::FaultConfig;
+use crate::hardware::{ANY, FaultConfig};
 use crate::pddl::Step;
 
 /// The faults of a run, and how often each has had its occasion.
@@ -154,11 +154,10 @@ impl Trigger {
         match (self, occasion) {
             (Self::During(pattern), Occasion::Started(step))
             | (Self::After(pattern), Occasion::Ended(step)) => {
-                pattern == step.action.as_str() || *pattern == step.to_string()
+                [ANY, step.action.as_str()].contains(&pattern.as_str())
+                    || *pattern == step.to_string()
             }
-            (Self::Holding(object), Occasion::Taken(taken)) => {
-                object == super::ANY || object == taken
-            }
+            (Self::Holding(object), Occasion::Taken(taken)) => object == ANY || object == taken,
             (Self::Time | Self::During(_) | Self::After(_) | Self::Holding(_), _) => false,
         }
     }

@@ -185,12 +185,12 @@ prop_compose! {
     fn plans()(
         verdict in verdicts(),
         source in prop::option::of(prop::sample::select(PlanSource::ALL.to_vec())),
-        (plan_us, expansions, of_all, is_predicted) in any::<(u32, u64, bool, bool)>(),
+        (plan_us, expansions, of_all, is_predicted, is_doubted) in any::<(u32, u64, bool, bool, bool)>(),
         [a, b, c, d] in any::<[u64; 4]>(),
     ) -> PlanMessage {
         let observe = Spent { cpu_ns: a, wall_ns: b };
         let decide = Spent { cpu_ns: c, wall_ns: d };
-        PlanMessage { cause: CAUSE, verdict, of_all, is_predicted, source, expansions, plan_us, observe, decide }
+        PlanMessage { cause: CAUSE, verdict, of_all, is_predicted, is_doubted, source, expansions, plan_us, observe, decide }
     }
 }
 
