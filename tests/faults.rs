@@ -29,10 +29,13 @@ fn checked(base: &str, faults: &str) -> (Option<i32>, String) {
 fn a_fault_that_cannot_be_is_told_at_its_line() {
     let drop = "action = { kind = 'drop' }";
     let cases = [
-        (drop.to_owned(), "fault[0]: expected one of at_s, during, after and holding, got none"),
+        (
+            drop.to_owned(),
+            "fault[0]: expected one of at_s, during, after, holding and frame, got none",
+        ),
         (
             format!("at_s = 1\nafter = 'stack'\n{drop}"),
-            "fault[0]: expected one of at_s, during, after and holding, got at_s and after",
+            "fault[0]: expected one of at_s, during, after, holding and frame, got at_s and after",
         ),
         (format!("at_s = 1\nevery = true\n{drop}"), "fault[0].every: expected none beside at_s"),
         (
@@ -82,6 +85,27 @@ fn a_fault_that_cannot_be_is_told_at_its_line() {
             "expected another object than the first, got \"red_block\"",
         ),
         ("at_s = 1\naction = { kind = 'drop', object = 'x' }".to_owned(), "unknown key"),
+        (
+            "frame = 'back'\naction = { kind = 'drop_frame' }".to_owned(),
+            "run.toml:3:9: error: fault[0].frame: expected a simulated camera (main), got \"back\"",
+        ),
+        (
+            "at_s = 1\naction = { kind = 'drop_frame', camera = 'mian' }".to_owned(),
+            "fault[0].action.camera: expected a simulated camera (main), got \"mian\"; did you mean",
+        ),
+        ("at_s = 1\naction = { kind = 'freeze' }".to_owned(), "missing key: for_s"),
+        (
+            "at_s = 1\naction = { kind = 'late_frame', by_s = 3.0 }".to_owned(),
+            "fault[0].action.by_s: expected a number above 0, and 2 at most, got 3.0",
+        ),
+        (
+            "at_s = 1\naction = { kind = 'blur', px = 2, for_s = 0 }".to_owned(),
+            "fault[0].action.for_s: expected a finite number above 0, got 0",
+        ),
+        (
+            "at_s = 1\naction = { kind = 'miss_detection', object = 'red_blok' }".to_owned(),
+            "fault[0].action.object: expected an object in the scene",
+        ),
         ("at_s = 1\naction = { kind = 'mis_grasp' }".to_owned(), "did you mean \"miss_grasp\"?"),
     ];
     for (faults, expected) in cases {
@@ -109,7 +133,7 @@ fn the_page_has_every_kind_and_its_examples_are_run_files() {
     let rows: BTreeSet<&str> = rows.collect();
     let schema = run_schema();
     let kinds = schema["$defs"]["FaultAction"]["oneOf"].as_array().unwrap();
-    assert!(kinds.len() >= 17, "{}", kinds.len());
+    assert!(kinds.len() >= 30, "{}", kinds.len());
     for kind in kinds {
         let kind = kind["properties"]["kind"]["const"].as_str().unwrap();
         assert!(rows.contains(kind), "docs/faults.md has no row for {kind}");
@@ -195,6 +219,51 @@ fn the_loop_copes_with_what_is_done_to_the_objects() {
         assert_eq!(report.faults.len(), 1, "{report:#?}");
         assert!(report.faults[0].happened, "{:?}", report.faults);
     }
+}
+
+/// Every kind of fault of the camera and the detector, now and then.
+#[test]
+fn the_loop_copes_with_each_fault_of_the_camera() {
+    for (kind, options) in [
+        ("drop_frame", ""),
+        ("late_frame", ", by_s = 0.3"),
+        ("repeat_frame", ""),
+        ("freeze", ", for_s = 0.1"),
+        ("corrupt", ", share = 0.2"),
+        ("blur", ", px = 4"),
+        ("exposure", ", factor = 0.5"),
+        ("exposure", ", factor = 2.0"),
+        ("occluder", ", width = 0.15, for_s = 0.1"),
+        ("depth_holes", ", share = 0.1"),
+        ("bump_camera", ", by_m = [0.01, 0.0, 0.0], for_s = 0.1"),
+        ("miss_detection", ", object = \"any\""),
+        ("false_detection", ""),
+        ("misplace_detection", ", object = \"any\", by_px = [25, 0]"),
+    ] {
+        let faults = format!(
+            "fault=[{{ frame = \"main\", every = true, probability = 0.1, \
+             action = {{ kind = \"{kind}\"{options} }} }}]"
+        );
+        for seed in [1, 2] {
+            let report = report(&faults, seed);
+            assert!(happened(&report, kind) >= 5, "{report:#?}");
+        }
+    }
+}
+
+/// One camera of two loses frames: the moments of these numbers are not there, and all others are complete.
+#[test]
+fn a_moment_that_one_camera_loses_is_passed_over() {
+    let faults = "fault=[{ frame = \"back\", every = true, probability = 0.1, \
+                  action = { kind = \"drop_frame\" } }]";
+    let end = || {
+        let config = small("blocksworld_two_views.toml", &[faults]);
+        TestRun::new().run(config).unwrap().report
+    };
+    let report = end();
+    assert_eq!((report.verdict, report.goal_in_simulator), ("reached", Some(true)), "{report:#?}");
+    assert!(happened(&report, "drop_frame") >= 5, "{report:#?}");
+    assert_eq!(end().decision_hash, report.decision_hash);
 }
 
 /// An object that is not there at first, and comes while the robot works.

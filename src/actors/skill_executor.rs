@@ -182,11 +182,14 @@ impl SkillExecutorMemory {
         }
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         let Some(scene) = &self.scene else { return Ok(None) };
+        let robot = self.robot.as_ref();
         let now_ns = match args.clock {
-            ClockKind::Lockstep => scene.cause.capture_ns,
+            // A camera may show what was; the robot says what is.
+            ClockKind::Lockstep => {
+                robot.map_or(0, |robot| robot.capture_ns).max(scene.cause.capture_ns)
+            }
             ClockKind::Realtime => monotonic_ns(),
         };
-        let robot = self.robot.as_ref();
         let input = CycleInput { scene, plan, robot, statuses: &statuses, now_ns };
         Ok(Some(self.executive.on(&args.config, &input)))
     }

@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::{HardwareInputs, TrueHistory};
 use crate::messages::Frame;
 use crate::parts::Role;
+use crate::perception::Detection;
 
 /// The next frame, lent until the one after it; `None` when there will be no more.
 pub type NextFrame<'a> =
@@ -34,7 +35,12 @@ pub struct CameraPort {
     /// What really was, where the camera sees a simulated world: for judging an episode that has
     /// ended.
     pub history: Option<Arc<dyn Fn() -> TrueHistory + Send + Sync>>,
+    /// What disturbs the detector that looks at its frames, where the run file says so.
+    pub disturb: Option<DisturbDetections>,
 }
+
+/// Changes what a detector says of the frame of a number.
+pub type DisturbDetections = Arc<dyn Fn(u64, &mut Vec<Detection>) + Send + Sync>;
 
 impl Role for CameraPort {
     type Inputs<'a> = HardwareInputs<'a>;

@@ -10,8 +10,8 @@ use crate::mismatch::{Mismatch, listed};
 /// Stands for any step and any object, and for an object that the seed draws.
 pub(crate) const ANY: &str = "any";
 
-/// `[[fault]]`: something that goes wrong in the simulated world or its robot. Exactly one of `at_s`,
-/// `during`, `after` and `holding` says when.
+/// `[[fault]]`: something that goes wrong in the simulated world, its robot or its cameras. Exactly one of
+/// `at_s`, `during`, `after`, `holding` and `frame` says when.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultConfig {
@@ -25,6 +25,8 @@ pub struct FaultConfig {
     pub after: Option<String>,
     /// When: as the gripper takes this object, or "any".
     pub holding: Option<String>,
+    /// When: as this camera ("main", or the name of a `[cameras.NAME]`) takes a frame, or "any".
+    pub frame: Option<String>,
     /// At which occurrence of that, counted from 1; without the key the first.
     pub nth: Option<u32>,
     /// Whether at every occurrence instead.
@@ -128,12 +130,13 @@ impl FaultConfig {
             ("during", self.during.is_some()),
             ("after", self.after.is_some()),
             ("holding", self.holding.is_some()),
+            ("frame", self.frame.is_some()),
         ];
         let given = triggers.iter().filter(|(_, is_there)| *is_there);
         let given: Vec<&str> = given.map(|(key, _)| *key).collect();
         if given.len() != 1 {
             let got = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
-            return Some(Mismatch::new(at, "one of at_s, during, after and holding", got));
+            return Some(Mismatch::new(at, "one of at_s, during, after, holding and frame", got));
         }
         let is_every = self.every == Some(true);
         if is_every && self.nth.is_some() {

@@ -53,7 +53,7 @@ fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartE
     let image_size = first.transpose()?.map(|image| [image.width(), image.height()]);
     let open: OpenCamera =
         Arc::new(move || Ok(Box::new(ImageCamera::open(&path, rate_hz, repeat, None)?)));
-    Ok(Box::new(CameraPort { open: Some(open), image_size, history: None }))
+    Ok(Box::new(CameraPort { open: Some(open), image_size, ..CameraPort::default() }))
 }
 
 /// Endings of files that count as images.

@@ -14,7 +14,9 @@ pub mod sim;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
+pub use camera::{
+    Camera, CameraError, CameraPort, DisturbDetections, NextFrame, OpenCamera,
+};
 #[cfg(feature = "sim")]
 pub(crate) use fault::ANY;
 pub use fault::{FaultConfig, FaultTime};

@@ -64,7 +64,7 @@ pub async fn run_episode(
     if hardware.camera.history.is_some() {
         observer = observer.with_diary();
     }
-    let mut actors = prepared.core_actors(&bus, &shared, &hardware.robot)?;
+    let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
             bus: bus.clone(),

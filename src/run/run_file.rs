@@ -15,6 +15,8 @@ use crate::files::{FileRef, Folder};
 use crate::hardware::sim::{fault_mismatches, read_scene};
 use crate::hardware::{EXTERNAL, FaultConfig};
 use crate::http::Answers;
+#[cfg(feature = "sim")]
+use crate::messages::MAIN_CAMERA;
 use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartChoice;
 use crate::pddl::Name;
@@ -272,8 +274,11 @@ impl RunConfig {
         if self.fault.is_empty() {
             return Ok(Vec::new());
         }
-        let scene = read_scene(&folder.files.file(&self.sim()?.scene))?;
-        let found = fault_mismatches(&scene, &self.fault).into_iter();
+        let sim = self.sim()?;
+        let scene = read_scene(&folder.files.file(&sim.scene))?;
+        let cameras: Vec<&str> =
+            std::iter::once(MAIN_CAMERA).chain(sim.cameras.keys().map(String::as_str)).collect();
+        let found = fault_mismatches(&scene, &cameras, &self.fault).into_iter();
         Ok(found.map(|mismatch| self.located(mismatch)).collect())
     }
 

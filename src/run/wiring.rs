@@ -162,21 +162,26 @@ impl PreparedRun {
         &self,
         bus: &Bus,
         shared: &Shared,
-        robot: &RobotPort,
+        hardware: &HardwarePorts,
     ) -> Result<Vec<ActorSpec>, ConfigError> {
         Ok(vec![
-            self.scene_parser(bus, shared)?,
+            self.scene_parser(bus, shared, hardware)?,
             self.goal_parser(bus, shared),
             self.planner().actor(
                 (bus, &shared.context),
                 shared.monitor.clone(),
                 self.reference_states(),
             )?,
-            self.skill_executor(bus, shared, robot),
+            self.skill_executor(bus, shared, &hardware.robot),
         ])
     }
 
-    fn scene_parser(&self, bus: &Bus, shared: &Shared) -> Result<ActorSpec, ConfigError> {
+    fn scene_parser(
+        &self,
+        bus: &Bus,
+        shared: &Shared,
+        hardware: &HardwarePorts,
+    ) -> Result<ActorSpec, ConfigError> {
         let grounder = self.grounder()?;
         let is_slow = grounder.is_slow();
         let config = ParserConfig {
@@ -194,18 +199,20 @@ impl PreparedRun {
             Some(mode) => mode == DetectorMode::Async,
             None => is_slow || first.is_slow(),
         };
-        let others = self.others.iter().map(|other| {
+        let others = self.others.iter().zip(&hardware.others).map(|(other, (_, port))| {
             let first = self.ready_detector(&other.name, &other.examples)?;
             Ok(scene_parser::CameraArgs {
                 name: other.name.clone(),
                 detector: self.make_detector(&other.name, first, &other.examples),
                 image_size: size_of(&other.examples),
+                disturb: port.disturb.clone(),
             })
         });
         let main = scene_parser::CameraArgs {
             name: MAIN_CAMERA.to_owned(),
             detector: self.make_detector(MAIN_CAMERA, first, &self.examples),
             image_size: self.image_size(),
+            disturb: hardware.camera.disturb.clone(),
         };
         let cameras = std::iter::once(Ok(main)).chain(others);
         let skew = Duration::from_secs_f64(self.config.camera.skew_ms_max / 1000.0);

@@ -54,6 +54,8 @@ pub(super) struct Moment {
 pub(super) struct Shot<'a> {
     /// Place among the cameras.
     pub(super) camera_idx: usize,
+    /// Number of its frame.
+    pub(super) sequence: u64,
     pub(super) size: [usize; 2],
     pub(super) rgb: &'a [u8],
     pub(super) depth_m: Option<&'a [f32]>,
@@ -213,6 +215,7 @@ impl Cameras {
             let frame = if idx == 0 { &moment.frame } else { own? };
             Some(Shot {
                 camera_idx: idx,
+                sequence: frame.header().sequence,
                 size: frame.size().map(|side| side as usize),
                 rgb: frame.rgb(),
                 depth_m: has_depth[idx].then_some(depths[idx].as_slice()),

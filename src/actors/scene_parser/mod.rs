@@ -15,6 +15,7 @@ use frames::{Cameras, Shot};
 
 use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::monotonic_ns;
+use crate::hardware::DisturbDetections;
 use crate::messages::{Dispatch, Event, GoalUpdate, RobotState, Status};
 use crate::pddl::Typed;
 use crate::perception::detectors::{Detector, DetectorError};
@@ -76,6 +77,8 @@ pub struct CameraArgs {
     pub detector: MakeDetector,
     /// Size that its frames must have: the labelled examples' width and height.
     pub image_size: [u32; 2],
+    /// What disturbs the detector, where the run file says so.
+    pub disturb: Option<DisturbDetections>,
 }
 
 /// Memory that outlives the actor.
@@ -230,8 +233,12 @@ fn look<'a>(
     let mut seen = Vec::new();
     for shot in shots {
         let detector = &mut detectors[shot.camera_idx];
-        let detections = detector.detect(&shot.image()?, phrases)?;
-        let camera = cameras[shot.camera_idx].name.as_str();
+        let mut detections = detector.detect(&shot.image()?, phrases)?;
+        let CameraArgs { name, disturb, .. } = &cameras[shot.camera_idx];
+        if let Some(disturb) = disturb {
+            disturb(shot.sequence, &mut detections.objects);
+        }
+        let camera = name.as_str();
         seen.push(OtherView { camera, view: shot.view()?, detections });
     }
     let detect_ns = monotonic_ns() - started_ns;

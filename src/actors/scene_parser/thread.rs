@@ -33,6 +33,8 @@ pub(super) struct Job {
 #[derive(Debug, Clone)]
 pub(super) struct OwnedShot {
     pub(super) camera_idx: usize,
+    /// Number of its frame.
+    pub(super) sequence: u64,
     /// Width and height, pixels.
     pub(super) size: [usize; 2],
     pub(super) rgb: Vec<u8>,
@@ -45,6 +47,7 @@ impl OwnedShot {
     pub(super) fn of(shot: &Shot<'_>) -> Self {
         Self {
             camera_idx: shot.camera_idx,
+            sequence: shot.sequence,
             size: shot.size,
             rgb: shot.rgb.to_vec(),
             depth_m: shot.depth_m.map(<[f32]>::to_vec),
@@ -55,6 +58,7 @@ impl OwnedShot {
     fn borrowed(&self) -> Shot<'_> {
         Shot {
             camera_idx: self.camera_idx,
+            sequence: self.sequence,
             size: self.size,
             rgb: &self.rgb,
             depth_m: self.depth_m.as_deref(),
@@ -256,7 +260,8 @@ mod tests {
 
     /// The thread of a run with one camera.
     fn start(detector: MakeDetector) -> PerceptionThread {
-        let main = CameraArgs { name: "main".to_owned(), detector, image_size: [1, 1] };
+        let main =
+            CameraArgs { name: "main".to_owned(), detector, image_size: [1, 1], disturb: None };
         PerceptionThread::start(vec![main], config()).unwrap()
     }
 
@@ -284,6 +289,7 @@ mod tests {
             parser,
             shots: vec![OwnedShot {
                 camera_idx: 0,
+                sequence,
                 size: [1, 1],
                 rgb: vec![0; 3],
                 depth_m: None,

@@ -3,9 +3,11 @@
 use std::time::Duration;
 
 use groundloop_sim::{CameraSpec, Renderer};
+use nalgebra::{Rotation3, Vector3};
 use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior};
 
+use super::faults::{Planned, Rendered};
 use super::robot::SimHardware;
 use crate::clock::ClockKind;
 use crate::geometry::{CameraModel, Intrinsics};
@@ -24,6 +26,7 @@ pub struct SimCamera {
     released: watch::Receiver<u64>,
     ticks: Option<Interval>,
     next: u64,
+    is_shown_again: bool,
 }
 
 impl std::fmt::Debug for SimCamera {
@@ -65,17 +68,37 @@ impl SimCamera {
             model: Some(model_of(&camera)),
         };
         let name = name.to_owned();
-        Some(Self { hardware, name, camera, renderer, buffer, frame, released, ticks, next })
+        let is_shown_again = false;
+        Some(Self {
+            hardware,
+            name,
+            camera,
+            renderer,
+            buffer,
+            frame,
+            released,
+            ticks,
+            next,
+            is_shown_again,
+        })
     }
 
-    fn capture(&mut self) -> Result<(), CameraError> {
+    /// Captures the next frame; whether it is to be shown.
+    fn capture(&mut self) -> Result<bool, CameraError> {
         let sequence = self.next;
         self.next += 1;
+        let planned = self.hardware.planned(&self.name, sequence);
+        if planned.iter().any(Planned::drops) {
+            return Ok(false);
+        }
         let seed = self.hardware.frame_seed(&self.name, sequence);
         let (renderer, buffer, camera) = (&mut self.renderer, &mut self.buffer, &self.camera);
         let (capture_ns, (model, rendered)) = self.hardware.look(|world| {
             let here = camera.with_gripper_at(world.gripper().position);
-            (model_of(&here), renderer.render_into(world, &here, seed, buffer))
+            let bumps = planned.iter().filter_map(Planned::bump);
+            let really = bumps.fold(None, |_, bump| Some(bumped(&here, bump)));
+            let really = really.as_ref().unwrap_or(&here);
+            (model_of(&here), renderer.render_into(world, really, seed, buffer))
         });
         self.frame.model = Some(model);
         rendered.map_err(|e| CameraError::Render { reason: e.to_string() })?;
@@ -84,23 +107,44 @@ impl SimCamera {
         std::mem::swap(&mut self.frame.rgb, &mut buffer.rgb);
         std::mem::swap(self.frame.depth_m.get_or_insert_default(), &mut buffer.depth_m);
         (self.frame.sequence, self.frame.capture_ns) = (sequence, capture_ns);
-        Ok(())
+        let rendered =
+            Rendered { camera: &self.name, frame: &mut self.frame, ids: &self.buffer.ids };
+        self.hardware.disturb(&planned, rendered);
+        self.is_shown_again = planned.iter().any(Planned::repeats);
+        Ok(true)
     }
+}
+
+/// A camera that stands off its place, and is turned about the vertical.
+fn bumped(camera: &CameraSpec, ([x, y, z], by_rad): ([f64; 3], f64)) -> CameraSpec {
+    let position_m = camera.position_m + Vector3::new(x, y, z);
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), by_rad);
+    let look_at_m = position_m + turn * (camera.look_at_m - camera.position_m);
+    CameraSpec { position_m, look_at_m, ..camera.clone() }
 }
 
 impl Camera for SimCamera {
     fn next(&mut self) -> NextFrame<'_> {
         Box::pin(async {
-            if let Some(ticks) = &mut self.ticks {
-                ticks.tick().await;
-            } else {
-                let next = self.next;
-                if self.released.wait_for(|released| *released > next).await.is_err() {
-                    return Ok(None); // the world is gone
+            if std::mem::take(&mut self.is_shown_again) {
+                return Ok(Some(&self.frame));
+            }
+            loop {
+                if let Some(ticks) = &mut self.ticks {
+                    ticks.tick().await;
+                } else {
+                    let next = self.next;
+                    let Ok(released) = self.released.wait_for(|released| *released > next).await
+                    else {
+                        return Ok(None); // the world is gone
+                    };
+                    // Only the newest waits for an answer: those before it are lost.
+                    self.next = *released - 1;
+                }
+                if tokio::task::block_in_place(|| self.capture())? {
+                    return Ok(Some(&self.frame));
                 }
             }
-            tokio::task::block_in_place(|| self.capture())?;
-            Ok(Some(&self.frame))
         })
     }
 }

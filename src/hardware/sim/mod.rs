@@ -20,7 +20,7 @@ pub use camera::{SimCamera, model_of};
 #[cfg(feature = "sim")]
 pub use config::{OtherCameraSpec, SimConfig};
 #[cfg(feature = "sim")]
-pub use faults::{ActingFault, FaultAction, fault_mismatches};
+pub use faults::{ActingFault, Disturbance, FaultAction, SensingFault, fault_mismatches};
 #[cfg(feature = "sim")]
 pub use groundloop_sim::WorldFault;
 #[cfg(feature = "sim")]

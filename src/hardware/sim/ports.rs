@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::{Oracle, SimCamera, SimConfig, SimHardware, SimSetup};
-use crate::hardware::{CameraError, CameraPort, HardwareInputs, RobotPort};
+use crate::hardware::{CameraError, CameraPort, DisturbDetections, HardwareInputs, RobotPort};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartContext, PartError};
+use crate::perception::Detection;
 
 /// The simulated camera.
 pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartError> {
@@ -18,6 +19,12 @@ pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<Camera
     };
     let (image_size, name) = ([camera.width, camera.height], name.to_owned());
     let oracle = Oracle::new(folder, domain, (*world).clone())?;
+    let disturb = world.disturbs_detections().then(|| {
+        let (world, name) = (Arc::clone(&world), name.clone());
+        Arc::new(move |sequence, detections: &mut Vec<Detection>| {
+            world.disturb_detections(&name, sequence, detections);
+        }) as DisturbDetections
+    });
     Ok(Box::new(CameraPort {
         open: Some(Arc::new(move || {
             let camera = SimCamera::new((*world).clone(), &name);
@@ -26,6 +33,7 @@ pub(super) fn camera(context: &PartContext<'_, CameraPort>) -> Result<Box<Camera
         })),
         image_size: Some(image_size),
         history: oracle.map(|oracle| Arc::new(move || oracle.history()) as _),
+        disturb,
     }))
 }
 

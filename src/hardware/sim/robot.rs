@@ -11,8 +11,10 @@ use groundloop_sim::{CameraSpec, SceneSpec, World};
 use tokio::sync::watch;
 
 use super::config::SimConfig;
-use super::faults::{ArmFaults, FaultSchedule, Occasion, RobotParts, SimArm, happen};
 use super::witness::{Moment, Witness};
+use super::faults::{
+    ArmFaults, FaultSchedule, Occasion, Planned, Rendered, RobotParts, SensorFaults, SimArm, happen,
+};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::files::{FileRef, Folder};
 use crate::hardware::{FaultConfig, Robot, Sequencer};
@@ -21,10 +23,13 @@ use crate::metrics::FaultRecord;
 use crate::mismatch::Mismatch;
 use crate::parts::PartError;
 use crate::pddl::Step;
+use crate::perception::Detection;
 use crate::settings::TomlFile;
 
 /// Control periods per second of the simulated robot.
 const CONTROL_HZ: u64 = 120;
+/// How long all frames may be lost in lockstep, simulated time: then none comes any more.
+const BLIND_NS_MAX: u64 = 60_000_000_000;
 /// What a simulated world is built from.
 #[derive(Debug, Clone, Copy)]
 pub struct SimSetup<'a> {
@@ -55,6 +60,8 @@ pub struct SimHardware {
     /// Which clock drives the world.
     pub clock: ClockKind,
     seed: u64,
+    /// Whether a fault waits for frames or is done to them, and whether one is done to what is detected.
+    disturbs: [bool; 2],
 }
 
 impl std::fmt::Debug for SimHardware {
@@ -69,6 +76,11 @@ struct Hardware {
     sequencer: Sequencer,
     faults: FaultSchedule,
     arm_faults: ArmFaults,
+    sensor_faults: SensorFaults,
+    /// The cameras, where a fault concerns frames; none otherwise.
+    disturbed_cameras: Vec<String>,
+    /// Whether frames have been lost for too long: no more is taken (lockstep).
+    is_blind: bool,
     /// What came of the faults so far.
     records: Vec<FaultRecord>,
     /// What really was.
@@ -110,9 +122,14 @@ impl SimHardware {
             .map_err(|e| bad("sim.scene", "a sound scene", e.to_string()))?;
         let faults = FaultSchedule::new(faults, seed)
             .map_err(|e| bad("fault.action", "a fault that the simulator knows", e.to_string()))?;
+        let of_detector = faults.sensing().any(|fault| fault.what.is_of_detector());
+        let disturbs = [faults.concerns_frames(), of_detector];
         let mut hardware = Hardware {
             world,
             sequencer: Sequencer::default(),
+            sensor_faults: SensorFaults::new(&faults),
+            disturbed_cameras: cameras.keys().filter(|_| disturbs[0]).cloned().collect(),
+            is_blind: false,
             faults,
             arm_faults: ArmFaults::default(),
             records: Vec::new(),
@@ -129,13 +146,18 @@ impl SimHardware {
         };
         // What is due at 0 has happened when the first frame is taken.
         hardware.let_faults_happen();
+        let frame_ns = (1e9 / rate_hz) as u64;
+        if clock == ClockKind::Lockstep {
+            hardware.frame_is_due(frame_ns);
+        }
         Ok(Self {
             shared: Arc::new(Mutex::new(hardware)),
             released: watch::Sender::new(0),
             cameras: Arc::new(cameras),
-            frame_ns: (1e9 / rate_hz) as u64,
+            frame_ns,
             clock,
             seed,
+            disturbs,
         })
     }
 
@@ -193,6 +215,50 @@ impl SimHardware {
         self.lock().records.clone()
     }
 
+    /// What is done to a frame that a camera takes now. In lockstep that was decided when the frame
+    /// became due.
+    pub(super) fn planned(&self, camera: &str, sequence: u64) -> Vec<Planned> {
+        if !self.disturbs[0] {
+            return Vec::new();
+        }
+        let mut hardware = self.lock();
+        if hardware.clock == ClockKind::Realtime {
+            hardware.take_frame(&[camera.to_owned()], sequence);
+        }
+        hardware.sensor_faults.planned(camera, sequence)
+    }
+
+    /// Does to a frame what is planned for it.
+    pub(super) fn disturb(&self, planned: &[Planned], mut rendered: Rendered<'_>) {
+        if !self.disturbs[0] {
+            return;
+        }
+        let seed = {
+            let mut hardware = self.lock();
+            let Hardware { world, sensor_faults, faults, .. } = &mut *hardware;
+            sensor_faults.exchange(world, planned, &mut rendered);
+            faults.seed()
+        };
+        planned.iter().for_each(|planned| planned.spoil(seed, rendered.frame));
+    }
+
+    /// Whether any fault is done to what detectors say.
+    pub(super) fn disturbs_detections(&self) -> bool {
+        self.disturbs[1]
+    }
+
+    /// Disturbs what a detector says of a frame.
+    pub(super) fn disturb_detections(
+        &self,
+        camera: &str,
+        sequence: u64,
+        detections: &mut Vec<Detection>,
+    ) {
+        let mut hardware = self.lock();
+        hardware.sensor_faults.disturb_detections(camera, sequence, detections);
+        hardware.write_down(None);
+    }
+
     /// The robot of this world.
     pub fn robot(&self) -> Box<dyn Robot> {
         Box::new(SimRobot(self.clone()))
@@ -244,7 +310,8 @@ impl Hardware {
     /// Keeps what has come of faults, with the first frame that can show it.
     fn write_down(&mut self, record: Option<FaultRecord>) {
         let frame = self.witness.next_frame();
-        let records = self.arm_faults.happened.drain(..).chain(record);
+        let waited = self.arm_faults.happened.drain(..);
+        let records = waited.chain(self.sensor_faults.happened.drain(..)).chain(record);
         self.records.extend(records.map(|record| FaultRecord { frame, ..record }));
     }
 
@@ -289,9 +356,50 @@ impl Hardware {
         for due in self.faults.due(self.world.time_ns()) {
             let Self { world, sequencer, .. } = self;
             let robot = RobotParts { world, sequencer, has_step };
-            let record = happen(due, self.faults.seed(), robot, &mut self.arm_faults);
+            let faults = (&mut self.arm_faults, &mut self.sensor_faults);
+            let record = happen(due, self.faults.seed(), robot, faults);
             self.write_down(record);
         }
+    }
+
+    /// Decides what happens to a frame that these cameras take now.
+    fn take_frame(&mut self, cameras: &[String], sequence: u64) {
+        let now_ns = self.world.time_ns();
+        for camera in cameras {
+            self.faults.note(Occasion::Frame(camera), now_ns);
+        }
+        self.let_faults_happen();
+        for camera in cameras {
+            self.sensor_faults.take(camera, sequence, now_ns);
+        }
+        self.write_down(None);
+    }
+
+    /// The world stands as the next frame shall show it. A frame that any camera loses is shown by none:
+    /// the world goes on to the next one, as if the loop had said to continue.
+    fn frame_is_due(&mut self, frame_ns: u64) {
+        if self.disturbed_cameras.is_empty() {
+            return;
+        }
+        let cameras = std::mem::take(&mut self.disturbed_cameras);
+        let until_ns = self.world.time_ns() + BLIND_NS_MAX;
+        loop {
+            let frame = self.frame;
+            self.take_frame(&cameras, frame);
+            let planned = |camera: &String| self.sensor_faults.planned(camera, frame);
+            if !cameras.iter().flat_map(planned).any(|planned| planned.drops()) {
+                break;
+            }
+            self.is_blind = self.world.time_ns() >= until_ns;
+            if self.is_blind {
+                tracing::warn!(target: "fault", "no frame for so long: no more is taken");
+                break;
+            }
+            self.answered = Some(frame);
+            self.frame += 1;
+            self.advance(self.frame * frame_ns);
+        }
+        self.disturbed_cameras = cameras;
     }
 }
 
@@ -321,6 +429,7 @@ impl Robot for SimRobot {
         hardware.frame += 1;
         let until_ns = hardware.frame * frame_ns;
         hardware.advance(until_ns);
+        hardware.frame_is_due(frame_ns);
     }
 
     fn tick(&mut self) {
@@ -355,6 +464,9 @@ impl Robot for SimRobot {
             let mut hardware = self.0.lock();
             hardware.pending.clear();
             hardware.n_states += 1;
+            if hardware.is_blind {
+                return;
+            }
             hardware.frame
         };
         self.0.released.send_replace(frame + 1);

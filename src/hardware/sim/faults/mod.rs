@@ -3,8 +3,14 @@
 mod acting;
 mod draws;
 mod schedule;
+mod sensing;
+mod picture;
+mod detections;
+mod sensors;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod sensing_tests;
 
 use std::borrow::Cow;
 
@@ -16,6 +22,8 @@ pub use acting::ActingFault;
 pub(super) use acting::{ArmFaults, RobotParts, SimArm};
 use draws::{Purpose, draws};
 pub(super) use schedule::{Due, FaultSchedule, Occasion};
+pub use sensing::{Disturbance, SensingFault};
+pub(super) use sensors::{Planned, Rendered, SensorFaults};
 
 use crate::hardware::{ANY, FaultConfig};
 use crate::metrics::FaultRecord;
@@ -23,13 +31,15 @@ use crate::mismatch::{Mismatch, listed};
 use crate::settings::near_hint;
 
 /// One thing that goes wrong. Its `kind` says to which group it belongs: what is done to the objects
-/// is the world's, what the robot does wrongly is the robot's.
+/// is the world's, what the robot does wrongly is the robot's, what is seen wrongly is the cameras'.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FaultAction {
     /// Something happens to the objects.
     World(WorldFault),
     /// The robot does not do what it is told.
     Acting(ActingFault),
+    /// A camera or its detector shows what is not so.
+    Sensing(SensingFault),
 }
 
 impl FaultAction {
@@ -41,6 +51,9 @@ impl FaultAction {
         let kind = action.get("kind").and_then(toml::Value::as_str);
         if kind.is_some_and(|kind| ActingFault::KINDS.contains(&kind)) {
             return Ok(Self::Acting(action.clone().try_into()?));
+        }
+        if kind.is_some_and(|kind| SensingFault::KINDS.contains(&kind)) {
+            return Ok(Self::Sensing(SensingFault::read(action)?));
         }
         Ok(Self::World(action.clone().try_into()?))
     }
@@ -55,7 +68,8 @@ impl JsonSchema for FaultAction {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let groups = [WorldFault::json_schema(generator), ActingFault::json_schema(generator)];
         let kinds = groups.iter().filter_map(|group| group.get("oneOf")?.as_array());
-        let kinds: Vec<&Value> = kinds.flatten().collect();
+        let sensing = SensingFault::schemas(generator);
+        let kinds: Vec<&Value> = kinds.flatten().chain(&sensing).collect();
         json_schema!({ "description": "One thing that goes wrong.", "oneOf": kinds })
     }
 }
@@ -65,9 +79,9 @@ pub(super) fn happen(
     due: Due,
     seed: u64,
     robot: RobotParts<'_>,
-    arm_faults: &mut ArmFaults,
+    (arm_faults, sensor_faults): (&mut ArmFaults, &mut SensorFaults),
 ) -> Option<FaultRecord> {
-    let Due { tag, action } = due;
+    let Due { tag, action, camera } = due;
     let world = &mut *robot.world;
     let at_ns = world.time_ns();
     let (objects, said) = match action {
@@ -80,6 +94,10 @@ pub(super) fn happen(
             let held: Vec<String> = world.held().map(str::to_owned).into_iter().collect();
             let said = arm_faults.begin(&fault, &tag, draws, robot)?;
             (held, said)
+        }
+        FaultAction::Sensing(fault) => {
+            sensor_faults.begin(tag, fault, camera);
+            return None;
         }
     };
     Some(record(at_ns, &tag, objects, said))
@@ -137,8 +155,12 @@ fn apply(
     (Vec::new(), Err(reason))
 }
 
-/// What faults name that a scene does not have, and numbers that cannot be, each by its key.
-pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismatch> {
+/// What faults name that a scene and its cameras do not have, and numbers that cannot be, each by its key.
+pub fn fault_mismatches(
+    scene: &SceneSpec,
+    cameras: &[&str],
+    faults: &[FaultConfig],
+) -> Vec<Mismatch> {
     let wrong = |(idx, fault): (usize, &FaultConfig)| {
         let at = format!("fault[{idx}]");
         let held = fault.holding.as_deref().filter(|name| *name != ANY);
@@ -146,8 +168,11 @@ pub fn fault_mismatches(scene: &SceneSpec, faults: &[FaultConfig]) -> Vec<Mismat
         let in_action = FaultAction::read(&fault.action).ok().and_then(|action| match action {
             FaultAction::World(fault) => wrong_object(scene, &fault, &at),
             FaultAction::Acting(_) => None,
+            FaultAction::Sensing(fault) => wrong_sight(scene, cameras, &fault, &at),
         });
-        held.or(in_action).or_else(|| wrong_number(fault, &at))
+        let frame = fault.frame.as_deref().filter(|name| *name != ANY);
+        let frame = frame.and_then(|name| no_camera(cameras, name, format!("{at}.frame")));
+        held.or(frame).or(in_action).or_else(|| wrong_number(fault, &at))
     };
     faults.iter().enumerate().filter_map(wrong).collect()
 }
@@ -183,6 +208,31 @@ fn wrong_object(scene: &SceneSpec, fault: &WorldFault, at: &str) -> Option<Misma
     unknown(scene, named, &wanted, &format!("{at}.action.object"))
 }
 
+/// A camera or an object that a fault of the cameras names, and that there is not.
+fn wrong_sight(
+    scene: &SceneSpec,
+    cameras: &[&str],
+    fault: &SensingFault,
+    at: &str,
+) -> Option<Mismatch> {
+    let camera = fault.camera.as_deref();
+    let camera = camera.and_then(|name| no_camera(cameras, name, format!("{at}.action.camera")));
+    camera.or_else(|| {
+        let named = fault.what.object().filter(|name| *name != ANY)?;
+        let any: Wanted = ("an object", |_| true);
+        unknown(scene, named, &any, &format!("{at}.action.object"))
+    })
+}
+
+/// A camera that is not simulated.
+fn no_camera(cameras: &[&str], name: &str, key: String) -> Option<Mismatch> {
+    if cameras.contains(&name) {
+        return None;
+    }
+    let got = format!("{}{}", quoted(name), near_hint(name, cameras.iter().copied()));
+    Some(Mismatch::new(key, format!("a simulated camera ({})", cameras.join(", ")), got))
+}
+
 /// An object that the scene does not have.
 fn unknown(scene: &SceneSpec, object: &str, (what, fits): &Wanted, key: &str) -> Option<Mismatch> {
     let known = scene.bodies.iter().filter(|body| fits(&body.shape));
@@ -204,6 +254,7 @@ fn wrong_number(fault: &FaultConfig, at: &str) -> Option<Mismatch> {
     let checked = match FaultAction::read(&fault.action).ok()? {
         FaultAction::World(fault) => fault.check(),
         FaultAction::Acting(fault) => fault.check(),
+        FaultAction::Sensing(fault) => fault.check(),
     };
     let FaultError::BadNumber { key, expected } = checked.err()? else { return None };
     let got = match fault.action.get(key) {

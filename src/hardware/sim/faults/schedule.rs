@@ -1,7 +1,7 @@
 //! When the faults of a run file happen.
 
-use super::FaultAction;
 use super::draws::{Purpose, draws};
+use super::{FaultAction, SensingFault};
 use crate::hardware::{ANY, FaultConfig};
 use crate::pddl::Step;
 
@@ -17,6 +17,8 @@ pub(in crate::hardware::sim) struct FaultSchedule {
 pub(in crate::hardware::sim) struct Due {
     pub(super) tag: Tag,
     pub(super) action: FaultAction,
+    /// The camera that has taken the frame that it waited for.
+    pub(super) camera: Option<String>,
 }
 
 /// Which occurrence of which fault.
@@ -40,8 +42,15 @@ struct Entry {
     after_ns: u64,
     probability: f64,
     n_occasions: u64,
-    /// What waits for its time: when, and which occurrence.
-    waiting: Vec<(u64, u64)>,
+    waiting: Vec<Waiting>,
+}
+
+/// What waits for its time.
+#[derive(Debug, Clone)]
+struct Waiting {
+    at_ns: u64,
+    occurrence: u64,
+    camera: Option<String>,
 }
 
 #[derive(Debug, Clone)]
@@ -54,6 +63,8 @@ enum Trigger {
     After(String),
     /// The gripper takes an object of this name.
     Holding(String),
+    /// A camera of this name takes a frame.
+    Frame(String),
 }
 
 /// What a trigger may wait for.
@@ -65,6 +76,17 @@ pub(in crate::hardware::sim) enum Occasion<'a> {
     Ended(&'a Step),
     /// The gripper has taken an object.
     Taken(&'a str),
+    /// A camera takes a frame.
+    Frame(&'a str),
+}
+
+impl Occasion<'_> {
+    fn camera(self) -> Option<String> {
+        match self {
+            Self::Frame(camera) => Some(camera.to_owned()),
+            Self::Started(_) | Self::Ended(_) | Self::Taken(_) => None,
+        }
+    }
 }
 
 impl FaultSchedule {
@@ -87,7 +109,8 @@ impl FaultSchedule {
             entry.n_occasions += 1;
             let occurrence = entry.n_occasions;
             if entry.nth.is_none_or(|nth| nth == occurrence) {
-                entry.decide(fault, occurrence, now_ns + entry.after_ns, self.seed);
+                let (at_ns, camera) = (now_ns + entry.after_ns, occasion.camera());
+                entry.decide(fault, Waiting { at_ns, occurrence, camera }, self.seed);
             }
         }
     }
@@ -96,13 +119,28 @@ impl FaultSchedule {
     pub(in crate::hardware::sim) fn due(&mut self, now_ns: u64) -> Vec<Due> {
         let mut due = Vec::new();
         for (fault, entry) in self.entries.iter_mut().enumerate() {
-            let is_due = |(at_ns, _): &mut (u64, u64)| *at_ns <= now_ns;
-            for (_, occurrence) in entry.waiting.extract_if(.., is_due) {
+            for waiting in entry.waiting.extract_if(.., |waiting| waiting.at_ns <= now_ns) {
+                let Waiting { occurrence, camera, .. } = waiting;
                 let tag = Tag { fault, occurrence, kind: entry.kind.clone() };
-                due.push(Due { tag, action: entry.action.clone() });
+                due.push(Due { tag, action: entry.action.clone(), camera });
             }
         }
         due
+    }
+
+    /// Whether any fault waits for frames, or is done to them.
+    pub(in crate::hardware::sim) fn concerns_frames(&self) -> bool {
+        let mut entries = self.entries.iter();
+        entries.any(|entry| matches!(entry.trigger, Trigger::Frame(_)))
+            || self.sensing().next().is_some()
+    }
+
+    /// The faults that are done to frames.
+    pub(in crate::hardware::sim) fn sensing(&self) -> impl Iterator<Item = &SensingFault> {
+        self.entries.iter().filter_map(|entry| match &entry.action {
+            FaultAction::Sensing(fault) => Some(fault),
+            FaultAction::World(_) | FaultAction::Acting(_) => None,
+        })
     }
 
     /// The seed that everything is drawn from.
@@ -115,11 +153,12 @@ impl Entry {
     fn new(fault: usize, config: &FaultConfig, seed: u64) -> Result<Self, toml::de::Error> {
         let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
         let kind = config.action.get("kind").and_then(toml::Value::as_str).unwrap_or_default();
-        let trigger = match (&config.during, &config.after, &config.holding) {
+        let trigger = match (&config.during, &config.after, &config.holding, &config.frame) {
             (Some(pattern), ..) => Trigger::During(pattern.clone()),
-            (None, Some(pattern), _) => Trigger::After(pattern.clone()),
-            (None, None, Some(object)) => Trigger::Holding(object.clone()),
-            (None, None, None) => Trigger::Time,
+            (None, Some(pattern), ..) => Trigger::After(pattern.clone()),
+            (None, None, Some(object), _) => Trigger::Holding(object.clone()),
+            (None, None, None, Some(camera)) => Trigger::Frame(camera.clone()),
+            (None, None, None, None) => Trigger::Time,
         };
         let is_every = config.every == Some(true);
         let mut entry = Self {
@@ -135,16 +174,17 @@ impl Entry {
         if let Some(at_s) = config.at_s {
             let [low, high] = at_s.bounds_s();
             let at_s = draws(seed, (fault, 1), Purpose::Time).between(low, high);
-            entry.decide(fault, 1, nanoseconds(at_s), seed);
+            let waiting = Waiting { at_ns: nanoseconds(at_s), occurrence: 1, camera: None };
+            entry.decide(fault, waiting, seed);
         }
         Ok(entry)
     }
 
     /// Draws whether an occurrence happens.
-    fn decide(&mut self, fault: usize, occurrence: u64, at_ns: u64, seed: u64) {
-        let drawn = draws(seed, (fault, occurrence), Purpose::Chance).unit();
+    fn decide(&mut self, fault: usize, waiting: Waiting, seed: u64) {
+        let drawn = draws(seed, (fault, waiting.occurrence), Purpose::Chance).unit();
         if drawn < self.probability {
-            self.waiting.push((at_ns, occurrence));
+            self.waiting.push(waiting);
         }
     }
 }
@@ -157,8 +197,12 @@ impl Trigger {
                 [ANY, step.action.as_str()].contains(&pattern.as_str())
                     || *pattern == step.to_string()
             }
-            (Self::Holding(object), Occasion::Taken(taken)) => object == ANY || object == taken,
-            (Self::Time | Self::During(_) | Self::After(_) | Self::Holding(_), _) => false,
+            (Self::Holding(name), Occasion::Taken(taken))
+            | (Self::Frame(name), Occasion::Frame(taken)) => name == ANY || name == taken,
+            (
+                Self::Time | Self::During(_) | Self::After(_) | Self::Holding(_) | Self::Frame(_),
+                _,
+            ) => false,
         }
     }
 }
