@@ -83,6 +83,21 @@ impl SimCamera {
         })
     }
 
+    /// Waits until a frame is due; false when none will be any more.
+    async fn is_due(&mut self) -> bool {
+        let Some(ticks) = &mut self.ticks else {
+            let next = self.next;
+            let Ok(released) = self.released.wait_for(|released| *released > next).await else {
+                return false;
+            };
+            // Only the newest waits for an answer: those before it are lost.
+            self.next = *released - 1;
+            return true;
+        };
+        ticks.tick().await;
+        true
+    }
+
     /// Captures the next frame; whether it is to be shown.
     fn capture(&mut self) -> Result<bool, CameraError> {
         let sequence = self.next;
@@ -129,22 +144,12 @@ impl Camera for SimCamera {
             if std::mem::take(&mut self.is_shown_again) {
                 return Ok(Some(&self.frame));
             }
-            loop {
-                if let Some(ticks) = &mut self.ticks {
-                    ticks.tick().await;
-                } else {
-                    let next = self.next;
-                    let Ok(released) = self.released.wait_for(|released| *released > next).await
-                    else {
-                        return Ok(None); // the world is gone
-                    };
-                    // Only the newest waits for an answer: those before it are lost.
-                    self.next = *released - 1;
-                }
+            while self.is_due().await {
                 if tokio::task::block_in_place(|| self.capture())? {
                     return Ok(Some(&self.frame));
                 }
             }
+            Ok(None) // the world is gone
         })
     }
 }

@@ -43,7 +43,11 @@ pub fn scene_to_wire(
         records.push(fact_to_wire(fact, scene, context)?);
     }
     for anomaly in &scene.anomalies {
-        records.push(anomaly_to_wire(anomaly, scene)?);
+        // What is next to more objects than a record has room for is told in several.
+        let is_alone = anomaly.objects.is_empty().then_some([].as_slice());
+        for objects in anomaly.objects.chunks(ARGS_MAX).chain(is_alone) {
+            records.push(anomaly_to_wire(anomaly, objects, scene)?);
+        }
     }
     Ok((header, records))
 }
@@ -106,8 +110,12 @@ fn fact_to_wire(
     })
 }
 
-fn anomaly_to_wire(anomaly: &Anomaly, scene: &Scene) -> Result<SceneRecord, WireError> {
-    let (n_args, args) = args_to_wire(&anomaly.objects, scene)?;
+fn anomaly_to_wire(
+    anomaly: &Anomaly,
+    objects: &[Name],
+    scene: &Scene,
+) -> Result<SceneRecord, WireError> {
+    let (n_args, args) = args_to_wire(objects, scene)?;
     let name = NameText { bytes: text_to_wire(&anomaly.reason) };
     let (state, pixel_box) = anomaly.place.map_or((0, [0.0; 4]), |place| {
         (if place.may_hide { 2 } else { 1 }, place.pixel_box().into())

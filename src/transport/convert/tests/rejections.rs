@@ -131,8 +131,16 @@ fn what_does_not_fit_into_a_message_is_not_sent() {
     };
     scene.anomalies = vec![anomaly(&["ghost"])];
     check("argument", scene_to_wire(&scene, &context));
-    scene.anomalies = vec![anomaly(&["a"; 7])];
+    scene.facts = vec![stray(Atom::new("on", &["a"; 7]))];
     check("n_args", scene_to_wire(&scene, &context));
+    scene.facts.clear();
+    // A thing in front of everything is next to more objects than a record has room for.
+    scene.anomalies = vec![anomaly(&["a"; 13])];
+    let (header, records) = scene_to_wire(&scene, &context).unwrap();
+    let told = scene_from_wire(&header, &records, &context).unwrap().anomalies;
+    let n_objects: Vec<usize> = told.iter().map(|anomaly| anomaly.objects.len()).collect();
+    assert_eq!(n_objects, [6, 6, 1]);
+    assert!(told.iter().all(|anomaly| anomaly.reason == "nothing under"));
 }
 
 #[test]
