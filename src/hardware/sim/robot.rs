@@ -239,7 +239,9 @@ impl SimHardware {
             sensor_faults.exchange(world, planned, &mut rendered);
             faults.seed()
         };
-        planned.iter().for_each(|planned| planned.spoil(seed, rendered.frame));
+        for planned in planned {
+            planned.spoil(seed, rendered.frame);
+        }
     }
 
     /// Whether any fault is done to what detectors say.

@@ -68,31 +68,38 @@ pub(super) fn disturb(
         Some(name) => name.to_owned(),
         None => format!("{} {}", detections[at].label, detections[at].type_name),
     };
-    match what {
-        Disturbance::FalseDetection { label } => {
-            let mut detection = detections[at].clone();
-            if let Some(label) = label {
-                detection.label = label.as_str().into();
-            }
-            let by_px = elsewhere(&detection.pixel_box, seen.size, &mut draws);
-            shift(&mut detection, by_px, seen.size);
-            let (x, y) = detection.pixel_box.centre();
-            let (label, type_name) = (&detection.label, &detection.type_name);
-            let said = format!("the detector sees a {label} {type_name} at ({x:.0}, {y:.0})");
-            detections.push(detection);
-            (Vec::new(), Ok(said))
-        }
-        Disturbance::MisplaceDetection { by_px, .. } => {
-            shift(&mut detections[at], *by_px, seen.size);
-            let said = format!("the detector sees {name} off by ({}, {}) px", by_px[0], by_px[1]);
-            (vec![name], Ok(said))
-        }
-        _ => {
-            detections.remove(at);
-            let said = format!("the detector does not see {name}");
-            (vec![name], Ok(said))
-        }
+    if let Disturbance::FalseDetection { label } = what {
+        return (Vec::new(), Ok(invent(detections, at, label.as_deref(), seen.size, &mut draws)));
     }
+    if let Disturbance::MisplaceDetection { by_px, .. } = what {
+        shift(&mut detections[at], *by_px, seen.size);
+        let said = format!("the detector sees {name} off by ({}, {}) px", by_px[0], by_px[1]);
+        return (vec![name], Ok(said));
+    }
+    detections.remove(at);
+    let said = format!("the detector does not see {name}");
+    (vec![name], Ok(said))
+}
+
+/// Adds a detection like another one, elsewhere; what it is, for people.
+fn invent(
+    detections: &mut Vec<Detection>,
+    like: usize,
+    label: Option<&str>,
+    size: [u32; 2],
+    draws: &mut Random,
+) -> String {
+    let mut detection = detections[like].clone();
+    if let Some(label) = label {
+        detection.label = label.into();
+    }
+    let by_px = elsewhere(&detection.pixel_box, size, draws);
+    shift(&mut detection, by_px, size);
+    let (x, y) = detection.pixel_box.centre();
+    let (label, type_name) = (&detection.label, &detection.type_name);
+    let said = format!("the detector sees a {label} {type_name} at ({x:.0}, {y:.0})");
+    detections.push(detection);
+    said
 }
 
 /// The place of the detection that is meant, or that is drawn.

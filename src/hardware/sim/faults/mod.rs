@@ -245,6 +245,10 @@ fn unknown(scene: &SceneSpec, object: &str, (what, fits): &Wanted, key: &str) ->
     Some(Mismatch::new(key, format!("{what} in the scene ({list})"), got))
 }
 
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds.max(0.0) * 1e9) as u64
+}
+
 fn quoted(text: &str) -> String {
     format!("\"{text}\"")
 }

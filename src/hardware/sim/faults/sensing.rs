@@ -228,6 +228,12 @@ impl Disturbance {
         }
     }
 
+    /// How old the picture is that it shows, where it shows an earlier one.
+    pub(super) fn late_ns(&self) -> Option<u64> {
+        let Self::LateFrame { by_s } = self else { return None };
+        Some(super::nanoseconds(*by_s))
+    }
+
     /// Whether it is done to what the detector says, and not to the frame.
     pub(in crate::hardware::sim) fn is_of_detector(&self) -> bool {
         matches!(

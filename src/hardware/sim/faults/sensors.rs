@@ -90,11 +90,7 @@ pub(in crate::hardware::sim) struct Rendered<'a> {
 impl SensorFaults {
     /// For the faults of a run.
     pub(in crate::hardware::sim) fn new(schedule: &FaultSchedule) -> Self {
-        let late_s = schedule.sensing().filter_map(|fault| match fault.what {
-            Disturbance::LateFrame { by_s } => Some(by_s),
-            _ => None,
-        });
-        let keep_ns = late_s.map(nanoseconds).max();
+        let keep_ns = schedule.sensing().filter_map(|fault| fault.what.late_ns()).max();
         Self { seed: schedule.seed(), keep_ns, ..Self::default() }
     }
 
@@ -197,15 +193,15 @@ impl SensorFaults {
         let mut seen = Seen::of(world, [frame.width, frame.height], ids);
         self.keep(camera, frame, &seen);
         for Planned { tag, what } in planned {
-            let shown = match what {
-                Disturbance::LateFrame { by_s } => {
-                    self.from_before(camera, frame, nanoseconds(*by_s))
-                }
-                Disturbance::Freeze {} => Some(self.freeze(tag, frame, &seen)),
-                _ => None,
+            let late_ns = what.late_ns();
+            let shown = if let Some(late_ns) = late_ns {
+                self.picture_before(camera, frame, late_ns)
+            } else {
+                let freezes = matches!(what, Disturbance::Freeze {});
+                freezes.then(|| self.freeze(tag, frame, &seen))
             };
             let Some(shown) = shown else { continue };
-            shown.show(frame, matches!(what, Disturbance::LateFrame { .. }));
+            shown.show(frame, late_ns.is_some());
             seen = shown.seen.clone();
         }
         if let Some(idx) = self.plan_idx(camera, sequence) {
@@ -226,7 +222,7 @@ impl SensorFaults {
     }
 
     /// The newest picture of at least that age, or the oldest there is.
-    fn from_before(&self, camera: &str, frame: &Frame, by_ns: u64) -> Option<Arc<Picture>> {
+    fn picture_before(&self, camera: &str, frame: &Frame, by_ns: u64) -> Option<Arc<Picture>> {
         let kept = self.kept.get(camera)?;
         let wanted_ns = frame.capture_ns.saturating_sub(by_ns);
         let is_old = |picture: &&Arc<Picture>| picture.capture_ns <= wanted_ns;
@@ -270,7 +266,7 @@ impl Active {
     /// When it ends, where it lasts longer than the frame that is taken now.
     fn end_ns(&self, now_ns: u64) -> Option<u64> {
         match (self.fault.for_s, &self.fault.what) {
-            (Some(for_s), _) => Some(now_ns.saturating_add(nanoseconds(for_s))),
+            (Some(for_s), _) => Some(now_ns.saturating_add(super::nanoseconds(for_s))),
             (None, Disturbance::BumpCamera { .. }) => Some(u64::MAX),
             (None, _) => None,
         }
@@ -290,10 +286,8 @@ impl Planned {
 
     /// How far the camera stands off its place: metres, and radians about the vertical.
     pub(in crate::hardware::sim) fn bump(&self) -> Option<([f64; 3], f64)> {
-        match self.what {
-            Disturbance::BumpCamera { by_m, by_rad } => Some((by_m, by_rad.unwrap_or(0.0))),
-            _ => None,
-        }
+        let Disturbance::BumpCamera { by_m, by_rad } = self.what else { return None };
+        Some((by_m, by_rad.unwrap_or(0.0)))
     }
 
     /// Does it to the pixels and the depth of a frame.
@@ -334,8 +328,4 @@ impl Picture {
             (frame.capture_ns, frame.model) = (self.capture_ns, self.model);
         }
     }
-}
-
-fn nanoseconds(seconds: f64) -> u64 {
-    (seconds * 1e9) as u64
 }
