@@ -4,8 +4,8 @@
 
 mod common;
 
-use common::{TestRun, episode, external, project, small, unique_run};
-use groundloop::actors::{Monitor, PanicConfig};
+use common::{TestRun, episode, external, n_panics, panic_of, project, small, unique_run};
+use groundloop::actors::Monitor;
 use groundloop::messages::Event;
 use groundloop::run::{HardwarePorts, RunConfig, load_run};
 use groundloop::transport::{Bus, BusConfig, EventReader};
@@ -44,10 +44,10 @@ fn a_panic_of_one_of_two_cameras_changes_nothing() {
     assert_eq!(calm.verdict, "reached");
     let mut shaken = config;
     for (actor, at_message) in [("camera", 20), ("camera/back", 31), ("scene_parser", 45)] {
-        shaken.panic.push(PanicConfig { actor: actor.to_owned(), at_message });
+        shaken.fault.push(panic_of(actor, at_message));
     }
     let shaken = episode(shaken);
-    assert_eq!(shaken.n_panics, 3);
+    assert_eq!(n_panics(&shaken), 3);
     assert_eq!(shaken.report.decision_hash, calm.decision_hash);
 }
 

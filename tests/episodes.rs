@@ -6,7 +6,8 @@ mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use common::{TestRun, episode, small};
+use common::{TestRun, episode, n_panics, panic_of, small};
+use groundloop::hardware::FaultConfig;
 use groundloop::messages::{Stop, Verdict};
 
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -103,12 +104,12 @@ fn a_panic_in_any_actor_changes_nothing() {
     let actors = ["camera", "goal_parser", "planner", "robot", "scene_parser", "skill_executor"];
     let panics = actors.iter().enumerate().map(|(i, actor)| {
         // The goal parser is done after a few messages; the others panic in mid-episode.
-        let at_message = if *actor == "goal_parser" { 2 } else { 40 + 17 * i };
-        format!("{{ actor = \"{actor}\", at_message = {at_message} }}")
+        panic_of(actor, if *actor == "goal_parser" { 2 } else { 40 + 17 * i })
     });
-    let panics = format!("panic=[{}]", panics.collect::<Vec<_>>().join(", "));
-    let shaken = episode(small("blocksworld_disturbed.toml", &[&panics]));
-    assert_eq!(shaken.n_panics, actors.len(), "every actor panicked once");
+    let mut config = small("blocksworld_disturbed.toml", &[]);
+    config.fault.extend(panics);
+    let shaken = episode(config);
+    assert_eq!(n_panics(&shaken), actors.len(), "every actor panicked once");
     assert_eq!(shaken.report.verdict, "reached");
     assert_eq!(shaken.report.goal_in_simulator, Some(true));
     assert_eq!(shaken.report.decision_hash, calm.report.decision_hash);
@@ -125,9 +126,10 @@ fn a_panic_while_a_distance_table_is_made_changes_nothing() {
     let run = |more: &[&str]| episode(small("blocksworld_disturbed.toml", &[&sets, more].concat()));
     let calm = run(&[]);
     assert!(calm.report.rungs.contains_key("trajectory"), "{:?}", calm.report.rungs);
-    let panics = [4, 7, 11, 15].map(|n| format!("{{ actor = \"planner\", at_message = {n} }}"));
-    let shaken = run(&[&format!("panic=[{}]", panics.join(", "))]);
-    assert_eq!(shaken.n_panics, 4);
+    let mut config = small("blocksworld_disturbed.toml", &sets);
+    config.fault.extend([4, 7, 11, 15].map(|n| panic_of("planner", n)));
+    let shaken = episode(config);
+    assert_eq!(n_panics(&shaken), 4);
     assert_eq!(shaken.report.decision_hash, calm.report.decision_hash);
     assert_eq!(shaken.report.rungs, calm.report.rungs);
     let without = run(&["planner.rungs=[\"search\"]"]);
@@ -137,10 +139,10 @@ fn a_panic_while_a_distance_table_is_made_changes_nothing() {
 
 #[test]
 fn an_actor_that_fails_for_ever_ends_the_episode_by_name() {
-    let panics = (1..=9).map(|n| format!("{{ actor = \"planner\", at_message = {n} }}"));
-    let panics = format!("panic=[{}]", panics.collect::<Vec<_>>().join(", "));
+    let mut config = small("blocksworld.toml", &[]);
+    config.fault.push(FaultConfig { nth: None, every: Some(true), ..panic_of("planner", 1) });
     let run = TestRun::new();
-    let error = run.run(small("blocksworld.toml", &[&panics])).unwrap_err();
+    let error = run.run(config).unwrap_err();
     assert_eq!(error.exit_code(), 1);
     let text = error.to_string();
     assert!(text.contains("planner") && text.contains("supervisor.restarts_max"), "{text}");

@@ -40,11 +40,11 @@ fn a_fault_that_cannot_be_is_told_at_its_line() {
     let cases = [
         (
             drop.to_owned(),
-            "fault[0]: expected one of at_s, during, after, holding and frame, got none",
+            "fault[0]: expected one of at_s, during, after, holding, frame, message and sent, got none",
         ),
         (
             format!("at_s = 1\nafter = 'stack'\n{drop}"),
-            "fault[0]: expected one of at_s, during, after, holding and frame, got at_s and after",
+            "fault[0]: expected one of at_s, during, after, holding, frame, message and sent, got at_s and after",
         ),
         (format!("at_s = 1\nevery = true\n{drop}"), "fault[0].every: expected none beside at_s"),
         (

@@ -23,7 +23,7 @@ pub async fn serve(
         let Some(frame) = frame.map_err(|e| ActorError::Part { reason: e.to_string() })? else {
             return Ok(());
         };
-        monitor.message(topics.camera);
+        monitor.message(topics.camera).await;
         if let Some(depth_m) = &frame.depth_m {
             depth.publish(frame_header(frame, true), depth_to_bytes(depth_m))?;
         }

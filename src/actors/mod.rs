@@ -1,11 +1,11 @@
 //! Actors: each receives, makes one pure call, and sends. Supervision is ractor's; data never is.
 
 mod checkpoint;
-mod chaos;
 mod lifecycle;
 mod monitor;
 mod pause;
 mod supervisor;
+mod system_faults;
 mod table_thread;
 pub mod camera;
 pub mod scene_parser;
@@ -22,12 +22,12 @@ use crate::parts::PartError;
 use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
-pub use chaos::PanicConfig;
 pub use checkpoint::Checkpoint;
 pub use lifecycle::{DataLoop, Serve};
 pub use monitor::Monitor;
 pub use snapshot::SnapshotRequest;
 pub use supervisor::{ActorSpec, HealthReport, Supervision, SupervisorConfig, supervise};
+pub use system_faults::{Handling, SystemFaults};
 
 /// Why an actor's data loop ended.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -1,31 +1,31 @@
-//! What is counted of each actor, for the topic `health`; and panics on purpose.
+//! What is counted of each actor, for the topic `health`; and faults on purpose.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::chaos::{Chaos, PanicConfig};
+use super::system_faults::{Handling, SystemFaults};
 use crate::messages::ActorHealth;
 
 /// Counts what the actors of one run do. Cheap to clone.
 #[derive(Debug, Clone, Default)]
 pub struct Monitor {
-    chaos: Chaos,
+    faults: SystemFaults,
     actors: Arc<Mutex<BTreeMap<String, ActorHealth>>>,
 }
 
 impl Monitor {
-    /// With the panics of a run file.
-    pub fn new(panics: &[PanicConfig]) -> Self {
-        Self { chaos: Chaos::new(panics), actors: Arc::default() }
+    /// With the faults of a run file.
+    pub fn new(faults: SystemFaults) -> Self {
+        Self { faults, actors: Arc::default() }
     }
 
-    /// Counts one message of an actor, and panics when the run file says so.
+    /// Counts one message of an actor, and lets happen what the run file says of it.
     ///
     /// # Panics
-    /// When its time has come.
-    pub fn message(&self, actor: &str) {
+    /// When the run file says so.
+    pub async fn message(&self, actor: &str) -> Handling {
         self.change(actor, |health| health.n_messages += 1);
-        self.chaos.message(actor);
+        self.faults.message(actor).await
     }
 
     /// Counts a frame that could not be used.
@@ -57,11 +57,6 @@ impl Monitor {
     /// How every actor fares.
     pub fn health(&self) -> Vec<ActorHealth> {
         self.lock().values().cloned().collect()
-    }
-
-    /// How many panics on purpose have happened.
-    pub fn n_panics(&self) -> usize {
-        self.chaos.n_fired()
     }
 
     fn change(&self, actor: &str, change: impl FnOnce(&mut ActorHealth)) {

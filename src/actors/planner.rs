@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::table_thread::TableThread;
-use super::{ActorError, Checkpoint, Monitor};
+use super::{ActorError, Checkpoint, Handling, Monitor};
 use crate::clock::{monotonic_ns, thread_cpu_ns};
 use crate::messages::{GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent};
 use crate::pddl::Step;
@@ -19,6 +19,9 @@ use crate::transport::topics::{GOAL, OUTCOME, PLAN, RELIABLE_DEPTH, SCENE};
 use crate::transport::wire::{OutcomeRecord, SceneRecord, StepRecord, TaskHeader};
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber, TransportError};
 
+/// The bound that a plan in realtime is late by, as the plan message names it.
+const DEADLINE_KEY: &str = "planner.deadline_ms";
+
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
 pub struct PlannerArgs {
@@ -30,7 +33,7 @@ pub struct PlannerArgs {
     pub deadline: Option<Duration>,
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<PlannerMemory>,
-    /// Panics on purpose.
+    /// Counts its messages, and lets faults happen on purpose.
     pub monitor: Monitor,
 }
 
@@ -67,23 +70,26 @@ pub async fn serve(args: Arc<PlannerArgs>) -> Result<(), ActorError> {
     let mut tables = TableThread::default();
     loop {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
-        let scene = scenes.newest_of(read).await?;
+        let mut scene = scenes.newest_of(read).await?;
         if memory.last_cycle == Some(scene.cause.cycle) {
             continue; // a restarted scene parser's history
         }
-        args.monitor.message("planner");
+        let handling = args.monitor.message("planner").await;
         memory.hear(&mut outcomes, &args.context)?;
-        while memory.goal.is_none() {
-            // Oldest first: a foreign message must not shadow the goal, which is said once.
-            let message = goals.next().await?;
-            match goal_from_wire(message.header(), message.records(), &args.context) {
-                Ok(GoalUpdate::Known(goal)) => memory.goal = Some(goal),
-                Ok(GoalUpdate::Pending { cycle }) if cycle >= scene.cause.cycle => break,
-                Ok(GoalUpdate::Pending { .. }) => {}
-                Err(error) => tracing::warn!(%error, "goal"),
-            }
+        if memory.goal.is_none() {
+            memory.hear_goal(&mut goals, scene.cause.cycle, &args.context).await?;
+            // Where the answer to that scene was lost, the world has gone on meanwhile.
+            scene = scenes.drain_newest_of(read)?.unwrap_or(scene);
         }
-        let plan = tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables));
+        let plan = match handling {
+            Handling::DeadlineMissed => {
+                let limit = DEADLINE_KEY.to_owned();
+                PlanMessage::new(scene.cause, PlanVerdict::OutOfBudget { limit })
+            }
+            Handling::Usual | Handling::SourceDown => {
+                tokio::task::block_in_place(|| memory.plan(&scene, args.deadline, &mut tables))
+            }
+        };
         let (header, records) = plan_to_wire(&plan, &args.context)?;
         plans.publish(header, &records)?;
         memory.replanner.prepare(&mut tables);
@@ -93,6 +99,28 @@ pub async fn serve(args: Arc<PlannerArgs>) -> Result<(), ActorError> {
 }
 
 impl PlannerMemory {
+    /// Waits until the goal parser has answered a scene: with the goal, or with "not yet".
+    async fn hear_goal(
+        &mut self,
+        goals: &mut Subscriber<TaskHeader, u8>,
+        scene_cycle: u64,
+        context: &WireContext,
+    ) -> Result<(), TransportError> {
+        loop {
+            // Oldest first: a foreign message must not shadow the goal.
+            let message = goals.next().await?;
+            match goal_from_wire(message.header(), message.records(), context) {
+                Ok(GoalUpdate::Known(goal)) => {
+                    self.goal = Some(goal);
+                    return Ok(());
+                }
+                Ok(GoalUpdate::Pending { cycle }) if cycle >= scene_cycle => return Ok(()),
+                Ok(GoalUpdate::Pending { .. }) => {}
+                Err(error) => tracing::warn!(%error, "goal"),
+            }
+        }
+    }
+
     fn hear(
         &mut self,
         outcomes: &mut Subscriber<TaskHeader, OutcomeRecord>,

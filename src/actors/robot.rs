@@ -48,7 +48,7 @@ pub async fn serve(
         };
         match command.as_ref().map(read) {
             Some(Some(command)) => {
-                monitor.message("robot");
+                monitor.message("robot").await;
                 tokio::task::block_in_place(|| robot.accept(&command));
             }
             Some(None) => continue,

@@ -27,6 +27,9 @@ use crate::transport::wire::{
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
+/// How often the verdict is said again once the episode has ended.
+const VERDICT_PERIOD: Duration = Duration::from_millis(100);
+
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
 pub struct SkillExecutorArgs {
@@ -42,7 +45,7 @@ pub struct SkillExecutorArgs {
     pub robot_wait: Duration,
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<SkillExecutorMemory>,
-    /// Panics on purpose.
+    /// Counts its messages, and lets faults happen on purpose.
     pub monitor: Monitor,
 }
 
@@ -111,8 +114,8 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         let plan = tokio::select! {
             biased;
             message = ports.controls.next() => {
-                if memory.obey(&args, &ports, &message?)? {
-                    return stay_open().await;
+                if let Some(decision) = memory.obey(&args, &ports, &message?)? {
+                    return memory.stay_open(&args, &ports, &decision).await;
                 }
                 args.checkpoint.store(memory.clone());
                 continue;
@@ -129,22 +132,16 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         if memory.last_cycle == Some(plan.cause.cycle) {
             continue; // a restarted planner's history
         }
-        args.monitor.message("skill_executor");
+        args.monitor.message("skill_executor").await;
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
         memory.publish(&args, &ports, &decision)?;
         memory.tell(&args, &ports, &plan, &decision)?;
         args.checkpoint.store(memory.clone());
         if decision.verdict.is_some() {
-            return stay_open().await;
+            return memory.stay_open(&args, &ports, &decision).await;
         }
         robot_deadline.set(tokio::time::sleep(args.robot_wait));
     }
-}
-
-/// The episode has ended. The ports stay open for late joiners, until the supervisor stops the
-/// actor.
-async fn stay_open() -> Result<(), ActorError> {
-    std::future::pending().await
 }
 
 /// No state has come for too long.
@@ -263,13 +260,27 @@ impl SkillExecutorMemory {
         Ok(())
     }
 
-    /// Does what is asked from outside; whether the episode has ended with it.
+    /// The episode has ended. The ports stay open for late joiners, until the supervisor stops the
+    /// actor; the verdict is said again for whoever has missed it.
+    async fn stay_open(
+        &self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        decision: &Decision,
+    ) -> Result<(), ActorError> {
+        loop {
+            tokio::time::sleep(VERDICT_PERIOD).await;
+            self.announce(args, ports, decision)?;
+        }
+    }
+
+    /// Does what is asked from outside; what the episode has ended with, if it has.
     fn obey(
         &mut self,
         args: &SkillExecutorArgs,
         ports: &Ports,
         message: &Received<DeviceHeader, ControlRecord>,
-    ) -> Result<bool, ActorError> {
+    ) -> Result<Option<Decision>, ActorError> {
         let before = self.requests.pace;
         let control = self.requests.take(message);
         let cause = self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default();
@@ -281,7 +292,7 @@ impl SkillExecutorMemory {
                     self.event(args, ports, cause, event.clone())?;
                 }
                 self.announce(args, ports, &decision)?;
-                return Ok(true);
+                return Ok(Some(decision));
             }
             Some(Control::Pause) if before != Pace::Paused => {
                 // In lockstep the world stands still as long as nothing is commanded.
@@ -296,7 +307,7 @@ impl SkillExecutorMemory {
             }
             Some(Control::Pause | Control::Resume | Control::Step) | None => {}
         }
-        Ok(false)
+        Ok(None)
     }
 
     fn announce(

@@ -5,7 +5,7 @@ use super::re_observing::with_anomalies;
 use super::running::Running;
 use super::{Answer, Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth, Universe, bind, effects, evaluate, unsatisfied};
-use crate::messages::{CommandKind, Dispatch, Effects, Event, Limit, Verdict};
+use crate::messages::{CommandKind, CommandWatch, Dispatch, Effects, Event, Limit, Verdict};
 use crate::pddl::{Domain, Step, Typed};
 use crate::skills::{Held, Preempt, SkillError};
 
@@ -81,6 +81,7 @@ impl Executive {
         self.phase = Phase::Running(Running {
             step: step.clone(),
             command_id: self.last_command_id,
+            watch: CommandWatch::new(self.last_command_id, cause.frame_sequence),
             started_ns: cause.capture_ns,
             retractable: motion.waypoints.iter().map(|w| w.retractable).collect(),
             targets,

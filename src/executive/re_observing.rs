@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::limits::LookTime;
 use super::{Answer, Cycle, Executive, Phase};
-use crate::messages::{CommandKind, Event, Expect, Motion};
+use crate::messages::{CommandKind, CommandWatch, Event, Expect, Motion};
 use crate::pddl::Name;
 use crate::scene::Anomaly;
 use crate::skills::SkillContext;
@@ -13,6 +13,7 @@ use crate::skills::SkillContext;
 #[derive(Debug, Clone)]
 pub(super) struct ReObserving {
     pub(super) command_id: u64,
+    pub(super) watch: CommandWatch,
     pub(super) started_ns: u64,
     /// When it was told to cancel.
     pub(super) cancelled_ns: Option<u64>,
@@ -58,6 +59,7 @@ impl Executive {
         self.last_command_id += 1;
         self.phase = Phase::ReObserving(ReObserving {
             command_id: self.last_command_id,
+            watch: CommandWatch::new(self.last_command_id, cycle.input.scene.cause.frame_sequence),
             started_ns: cycle.input.now_ns,
             cancelled_ns: None,
         });

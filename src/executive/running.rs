@@ -1,9 +1,10 @@
 //! A step in the robot's hands: statuses, timeouts, and what it came to.
 
 use super::limits::LookTime;
+use super::re_observing::ReObserving;
 use super::{Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth};
-use crate::messages::{Effects, Event, ReplanCause, StatusKind, StepOutcome};
+use crate::messages::{CommandWatch, Effects, Event, ReplanCause, StatusKind, StepOutcome};
 use crate::pddl::{Name, Step};
 use crate::scene::Visibility;
 
@@ -12,6 +13,7 @@ use crate::scene::Visibility;
 pub(super) struct Running {
     pub(super) step: Step,
     pub(super) command_id: u64,
+    pub(super) watch: CommandWatch,
     pub(super) started_ns: u64,
     /// Points of the motion until which it may be cancelled.
     pub(super) retractable: Vec<bool>,
@@ -44,6 +46,8 @@ pub(super) enum Ending {
     Done,
     Failed(String),
     Cancelled,
+    /// Nothing; its states show that it has ended.
+    Unreported,
 }
 
 impl Executive {
@@ -67,15 +71,28 @@ impl Executive {
                 StatusKind::Failed(reason) => Ending::Failed(reason.clone()),
                 StatusKind::Cancelled => Ending::Cancelled,
             };
-            self.phase = Phase::VerifyingEffects(VerifyingEffects {
-                step: running.step.clone(),
-                started_ns: running.started_ns,
-                ended_ns: status.capture_ns,
-                effects: running.effects.clone(),
-                ending,
-                fault: running.fault.clone(),
-                looked: LookTime::default(),
-            });
+            let verifying = running.ended(status.capture_ns, ending);
+            self.phase = Phase::VerifyingEffects(verifying);
+        }
+        self.miss_no_end(cycle);
+    }
+
+    /// A motion that has ended though nobody has heard so: the status, or the command, was lost.
+    fn miss_no_end(&mut self, cycle: &Cycle<'_>) {
+        let Some(robot) = cycle.input.robot else { return };
+        let is_over = match &mut self.phase {
+            Phase::Running(Running { watch, .. })
+            | Phase::ReObserving(ReObserving { watch, .. }) => watch.is_over(robot),
+            Phase::Idle | Phase::VerifyingEffects(_) => false,
+        };
+        if is_over {
+            self.phase = match &self.phase {
+                Phase::Running(running) => {
+                    let verifying = running.ended(robot.capture_ns, Ending::Unreported);
+                    Phase::VerifyingEffects(verifying)
+                }
+                Phase::ReObserving(_) | Phase::Idle | Phase::VerifyingEffects(_) => Phase::Idle,
+            };
         }
     }
 
@@ -108,7 +125,8 @@ impl Executive {
             },
             (Ending::Failed(reason), _) => reason.clone(),
             (Ending::Done, Some(what)) => format!("done, but {what}"),
-            (Ending::Done, None) => {
+            (Ending::Unreported, Some(what)) => format!("ended without a word, and {what}"),
+            (Ending::Done | Ending::Unreported, None) => {
                 let seconds = verifying.ended_ns.saturating_sub(verifying.started_ns) as f64 / 1e9;
                 self.succeed(cycle, &verifying, seconds);
                 return;
@@ -189,6 +207,19 @@ impl Executive {
 }
 
 impl Running {
+    /// The step once it has ended.
+    fn ended(&self, ended_ns: u64, ending: Ending) -> VerifyingEffects {
+        VerifyingEffects {
+            step: self.step.clone(),
+            started_ns: self.started_ns,
+            ended_ns,
+            effects: self.effects.clone(),
+            ending,
+            fault: self.fault.clone(),
+            frames: 0,
+        }
+    }
+
     /// Whether the motion may be cancelled where the robot is now.
     pub(super) fn is_retractable(&self, phase: usize) -> bool {
         self.retractable.get(phase).copied().unwrap_or(false)

@@ -84,6 +84,11 @@ impl GoalError {
         }
     }
 
+    /// Whether a service is not there that may be there another time.
+    pub fn is_absent(&self) -> bool {
+        matches!(self, Self::Part(PartError::Missing { .. }))
+    }
+
     /// The error as several lines of plain text, with the words underlined where there are any.
     pub fn render(&self) -> String {
         match self {

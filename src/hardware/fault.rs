@@ -10,8 +10,8 @@ use crate::mismatch::{Mismatch, listed};
 /// Stands for any step and any object, and for an object that the seed draws.
 pub(crate) const ANY: &str = "any";
 
-/// `[[fault]]`: something that goes wrong in the simulated world, its robot or its cameras. Exactly one of
-/// `at_s`, `during`, `after`, `holding` and `frame` says when.
+/// `[[fault]]`: something that goes wrong, in the simulated world, its robot or its cameras, or among the
+/// actors. Exactly one of `at_s`, `during`, `after`, `holding`, `frame`, `message` and `sent` says when.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultConfig {
@@ -27,6 +27,11 @@ pub struct FaultConfig {
     pub holding: Option<String>,
     /// When: as this camera ("main", or the name of a `[cameras.NAME]`) takes a frame, or "any".
     pub frame: Option<String>,
+    /// When: as this actor has received a message: "camera" ("camera/NAME" for others), "goal_parser",
+    /// "planner", "robot", "scene_parser" or "skill_executor".
+    pub message: Option<String>,
+    /// When: as a message is about to be published on this topic, such as "robot/status".
+    pub sent: Option<String>,
     /// At which occurrence of that, counted from 1; without the key the first.
     pub nth: Option<u32>,
     /// Whether at every occurrence instead.
@@ -95,6 +100,11 @@ impl FaultConfig {
         self
     }
 
+    /// Whether it concerns the actors and their messages, and not the simulated world.
+    pub fn is_system(&self) -> bool {
+        self.message.is_some() || self.sent.is_some()
+    }
+
     /// What is wrong with when it happens; `at` is where it stands.
     pub(crate) fn mismatch(&self, at: &str) -> Option<Mismatch> {
         self.when(at).or_else(|| self.number(at))
@@ -131,12 +141,15 @@ impl FaultConfig {
             ("after", self.after.is_some()),
             ("holding", self.holding.is_some()),
             ("frame", self.frame.is_some()),
+            ("message", self.message.is_some()),
+            ("sent", self.sent.is_some()),
         ];
         let given = triggers.iter().filter(|(_, is_there)| *is_there);
         let given: Vec<&str> = given.map(|(key, _)| *key).collect();
         if given.len() != 1 {
             let got = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
-            return Some(Mismatch::new(at, "one of at_s, during, after, holding and frame", got));
+            let expected = "one of at_s, during, after, holding, frame, message and sent";
+            return Some(Mismatch::new(at, expected, got));
         }
         let is_every = self.every == Some(true);
         if is_every && self.nth.is_some() {

@@ -7,7 +7,9 @@ mod camera;
 mod robot;
 mod sequencer;
 mod setup;
+mod draws;
 mod fault;
+mod system_fault;
 mod external;
 mod none;
 pub mod sim;
@@ -19,11 +21,13 @@ pub use camera::{
 };
 #[cfg(feature = "sim")]
 pub(crate) use fault::ANY;
+pub use draws::is_drawn;
 pub use fault::{FaultConfig, FaultTime};
 pub use history::{GroundTruth, TrueDispatch, TrueHistory, TrueMoment};
 pub use robot::{FaultsOf, OpenRobot, Robot, RobotPort};
 pub use sequencer::{Arm, Sequencer, Target};
 pub use setup::{EXTERNAL, HardwareInputs, SharedWorld};
+pub use system_fault::{LoopShape, SystemFault};
 
 use crate::parts::Registry;
 

@@ -48,6 +48,32 @@ pub struct RobotState {
     pub answered: Option<u64>,
 }
 
+/// One command, and what the robot's states have said of it: they tell that it has ended where the status that
+/// says so, or the command itself, was lost. States come in order.
+#[derive(Debug, Clone, Copy)]
+pub struct CommandWatch {
+    command_id: u64,
+    /// The frame that it answered.
+    frame_sequence: u64,
+    is_taken: bool,
+}
+
+impl CommandWatch {
+    /// A command that has just been sent as the answer to a frame.
+    pub fn new(command_id: u64, frame_sequence: u64) -> Self {
+        Self { command_id, frame_sequence, is_taken: false }
+    }
+
+    /// Takes in the newest state; whether the robot has had the command, and does not carry it out any
+    /// more. A robot that never tells what it carries out is not judged.
+    pub fn is_over(&mut self, robot: &RobotState) -> bool {
+        let is_running = robot.command_id == Some(self.command_id);
+        let is_answered = robot.answered.is_some_and(|frame| frame >= self.frame_sequence);
+        self.is_taken |= is_running || is_answered;
+        self.is_taken && !is_running
+    }
+}
+
 /// What the gripper must feel once a waypoint is done; anything else fails the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expect {

@@ -11,8 +11,8 @@ mod verdict;
 
 pub use control::Control;
 pub use device::{
-    Command, CommandKind, Expect, Frame, MAIN_CAMERA, Motion, RobotState, Status, StatusKind,
-    Waypoint,
+    Command, CommandKind, CommandWatch, Expect, Frame, MAIN_CAMERA, Motion, RobotState, Status,
+    StatusKind, Waypoint,
 };
 pub use event::{Deviation, Event, EventMessage, ReplanCause};
 pub use health::ActorHealth;

@@ -31,6 +31,11 @@ impl RunConfig {
         used.map(|(name, _)| name)
     }
 
+    /// The cameras that are looked through, that of `[camera]` first.
+    pub(super) fn used_cameras(&self) -> Vec<&str> {
+        std::iter::once(MAIN_CAMERA).chain(self.other_cameras().map(String::as_str)).collect()
+    }
+
     /// Every camera by its name, that of `[camera]` first.
     pub fn camera_names(&self) -> impl Iterator<Item = &str> {
         std::iter::once(MAIN_CAMERA).chain(self.cameras.keys().map(String::as_str))

@@ -10,7 +10,7 @@ use super::scoring::{Words, with_unseen};
 use super::wiring::{PreparedRun, Shared};
 use super::{RunError, new_run_id};
 use crate::actors::{
-    ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, snapshot, supervise,
+    ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, SystemFaults, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
 use crate::hardware::TrueHistory;
@@ -39,8 +39,6 @@ pub struct Episode {
     pub report: EpisodeReport,
     /// The executor's own account.
     pub end: EpisodeResult,
-    /// How many `[[panic]]` entries have fired.
-    pub n_panics: usize,
 }
 
 /// Runs one episode to its verdict.
@@ -57,13 +55,18 @@ pub async fn run_episode(
     let folder = &prepared.folder;
     let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
     let _description = describe(prepared, &bus, run_id)?;
-    let monitor = Monitor::new(&prepared.config.panic);
-    let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
     let hardware = prepared.hardware()?;
     let mut observer = Observer::open(&bus, Arc::clone(&context))?;
     if hardware.camera.history.is_some() {
         observer = observer.with_diary();
     }
+    let config = &prepared.config;
+    let faults = config.faults_at_rate();
+    let faults = (faults.as_slice(), config.seed);
+    let faults = SystemFaults::open(faults, &config.loop_shape(&config.used_cameras()), &bus)?;
+    let monitor = Monitor::new(faults.clone());
+    let bus = bus.disturbed(Arc::new(faults.clone()));
+    let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
     let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
@@ -93,10 +96,12 @@ pub async fn run_episode(
     let mut report = report(prepared.config.seed, &result, &health, [wall_ns, cpu_ns].map(seconds));
     report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
     report.faults = hardware.robot.faults.map(|faults| faults()).unwrap_or_default();
+    report.faults.extend(faults.records());
+    report.faults.sort_by_key(|record| (record.at_ns, record.fault));
     if let Some(history) = hardware.camera.history {
         judge(prepared, &history(), (&diary, &result, goal.as_ref()), &mut report);
     }
-    Ok(Episode { report, end: result, n_panics: monitor.n_panics() })
+    Ok(Episode { report, end: result })
 }
 
 /// Judges an episode by what really was.

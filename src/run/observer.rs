@@ -43,6 +43,8 @@ pub(super) struct Observer {
     last_decision: Option<u64>,
     last_scene: Option<Scene>,
     end: Option<EpisodeEnd>,
+    /// Whether the last decision has come.
+    is_decided: bool,
     goal: Option<GoalMessage>,
 }
 
@@ -81,6 +83,7 @@ impl Observer {
             last_decision: None,
             last_scene: None,
             end: None,
+            is_decided: false,
             goal: None,
         })
     }
@@ -102,7 +105,8 @@ impl Observer {
                     }
                 }
                 message = self.verdicts.next() => {
-                    // A stop ends the episode at once; any other end comes with a last decision.
+                    // A stop ends the episode at once; any other end comes with a last decision, or without
+                    // one where that was lost.
                     if self.ended(&message?) {
                         return Ok(());
                     }
@@ -143,9 +147,9 @@ impl Observer {
         };
         self.last_decision = Some(decision.sequence);
         self.drain()?;
-        let mut is_stopped = false;
+        let mut has_ended = false;
         while let Some(message) = self.verdicts.poll_next()? {
-            is_stopped |= self.ended(&message);
+            has_ended |= self.ended(&message);
         }
         let scene = self.waiting.scene(decision.cause.cycle);
         let plan = self.waiting.plan(decision.plan_cycle);
@@ -168,16 +172,18 @@ impl Observer {
             tracing::error!(cycle, "a cycle is not measured: what it rests on was lost");
         }
         self.last_scene = scene.or(self.last_scene.take());
-        Ok(decision.is_last || is_stopped)
+        self.is_decided |= decision.is_last;
+        Ok((self.is_decided && self.end.is_some()) || has_ended)
     }
 
-    /// Takes note of the verdict; whether the episode was stopped.
+    /// Takes note of the verdict; whether nothing more comes: the episode was stopped, the last decision has
+    /// come, or the verdict is said for the second time.
     fn ended(&mut self, message: &Received<StreamHeader, u8>) -> bool {
         match end_from_wire(message.header(), message.records(), &self.context) {
             Ok(end) => {
                 let is_stopped = matches!(end.verdict, Verdict::Stopped(_));
-                self.end = Some(end);
-                is_stopped
+                let is_repeated = self.end.replace(end).is_some();
+                is_stopped || is_repeated || self.is_decided
             }
             Err(error) => {
                 tracing::warn!(topic = VERDICT.name, %error, "rejected");

@@ -7,13 +7,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{CameraConfig, ConfigError, DomainFolder, ExemplarConfig, OtherCameraConfig};
-use crate::actors::{PanicConfig, SupervisorConfig};
+use crate::actors::SupervisorConfig;
 use crate::clock::ClockKind;
 use crate::executive::{ExecutiveMode, Limits};
 use crate::files::{FileRef, Folder};
 #[cfg(feature = "sim")]
 use crate::hardware::sim::{fault_mismatches, read_scene};
-use crate::hardware::{EXTERNAL, FaultConfig};
+use crate::hardware::{EXTERNAL, FaultConfig, LoopShape, SystemFault};
 use crate::http::Answers;
 #[cfg(feature = "sim")]
 use crate::messages::MAIN_CAMERA;
@@ -81,12 +81,9 @@ pub struct RunConfig {
     pub sim: Option<toml::Table>,
     /// What every `probability` of a `[[fault]]` is multiplied with, 0 to 1.
     pub fault_rate: f64,
-    /// Disturbances of the simulated world.
+    /// What goes wrong on purpose, in the simulated world, its robot, or among the actors.
     #[serde(default)]
     pub fault: Vec<FaultConfig>,
-    /// Actors that are made to panic once, to exercise the supervisor.
-    #[serde(default)]
-    pub panic: Vec<PanicConfig>,
 }
 
 /// `[goal]`: what to reach, and who reads it.
@@ -98,6 +95,9 @@ pub struct GoalConfig {
     /// The goal: a sentence, PDDL for the kind "logical", the path of a photograph for the kind
     /// "image".
     pub text: String,
+    /// How often a source whose service is not there is asked again, each time with a later scene, before
+    /// the run ends with exit code 5.
+    pub retries_max: u32,
     /// The options of what reads the goal.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
@@ -208,18 +208,31 @@ impl RunConfig {
         found.extend(self.perception.exemplar.mismatch("perception.exemplar"));
         found.extend(self.camera_mismatches());
         if ![camera, robot].iter().any(|kind| *kind == "sim") {
-            let tables = [("sim", self.sim.is_some()), ("fault", !self.fault.is_empty())];
-            for (table, _) in tables.into_iter().filter(|(_, is_there)| *is_there) {
-                found.push(Mismatch::new(table, "none, since nothing is simulated", "a table"));
+            if self.sim.is_some() {
+                found.push(Mismatch::new("sim", "none, since nothing is simulated", "a table"));
             }
+            let worldly = self.fault.iter().position(|fault| !fault.is_system());
+            found.extend(worldly.map(|idx| {
+                let expected = "message or sent as the trigger, since nothing is simulated";
+                Mismatch::new(format!("fault[{idx}]"), expected, "another one")
+            }));
         }
         if !(0.0..=1.0).contains(&self.fault_rate) {
             found.push(Mismatch::new("fault_rate", "a number from 0 to 1", self.fault_rate));
         }
+        let cameras = self.used_cameras();
+        let shape = self.loop_shape(&cameras);
         for (idx, fault) in self.fault.iter().enumerate() {
-            found.extend(fault.mismatch(&format!("fault[{idx}]")));
+            let at = format!("fault[{idx}]");
+            let wrong = fault.mismatch(&at);
+            found.extend(wrong.or_else(|| SystemFault::mismatch(fault, &at, &shape)));
         }
         found
+    }
+
+    /// What decides which faults the loop can have.
+    pub(super) fn loop_shape<'a>(&self, cameras: &'a [&'a str]) -> LoopShape<'a> {
+        LoopShape { clock: self.clock, cameras }
     }
 
     /// Finds and reads the domain: beside the run file, in the working directory, or in the binary.

@@ -237,6 +237,7 @@ impl PreparedRun {
             context: Arc::clone(&shared.context),
             source: Arc::clone(&self.goal),
             perception: self.folder.perception.clone(),
+            retries_max: self.config.goal.retries_max,
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),
         });
@@ -317,7 +318,7 @@ fn goal_source(
         grounder: config.grounder_choice(),
         region: config.region_of(MAIN_CAMERA)?,
     };
-    let GoalConfig { kind, text, options } = &config.goal;
+    let GoalConfig { kind, text, options, .. } = &config.goal;
     let choice = PartChoice::new("goal.kind", kind)
         .with_options(options.as_ref(), config.origin.path())
         .with_answers(config.recorded_answers());

@@ -1,4 +1,5 @@
-//! Keys that have a new name: the old one is still read, with a warning that names the new one.
+//! Keys that have a new name: the old one is still read, with a warning that names the new one. And keys that
+//! there are no more.
 
 use toml::Spanned;
 
@@ -45,6 +46,13 @@ const RENAMED: &[Renamed] = &[
     Renamed::same("robot.motion.look_poses", "robot.motion.view_poses"),
 ];
 
+/// Keys that there are no more: what is written instead.
+const REMOVED: &[(&str, &str)] = &[(
+    "panic",
+    "there is no such table any more: write [[fault]] with message = \"planner\", nth = 40, and \
+     action = { kind = \"panic\" }",
+)];
+
 impl Renamed {
     const fn same(old: &'static str, new: &'static str) -> Self {
         Self { old, new, value: |node| Some(node.clone()) }
@@ -79,6 +87,10 @@ pub(super) fn rename(
     problems: &mut Vec<SettingsProblem>,
 ) {
     let here = |key: &'static str| key.strip_prefix(within);
+    for (old, message) in REMOVED {
+        let Some(Entry { key, .. }) = here(old).and_then(|old| tree.remove(old)) else { continue };
+        problems.push(SettingsProblem::at(sources, &key, old, (*message).to_owned()));
+    }
     for Renamed { old, new, value } in RENAMED {
         let Some(old_here) = here(old) else { continue };
         let Some(Entry { key, value: found }) = tree.remove(old_here) else { continue };

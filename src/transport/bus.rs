@@ -5,11 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
-use iceoryx2::prelude::{NodeName, SignalHandlingMode, ZeroCopySend};
+use iceoryx2::prelude::{NodeName, SignalHandlingMode};
 
 use super::TransportError;
-use super::ports::{Depth, Publisher, Service, Subscriber};
+use super::outbox::Disturbance;
+use super::ports::{Depth, Publisher, Subscriber};
 use super::reason::reason;
+use super::services::{Record, Service};
 use super::topics::Topic;
 use super::wire::WireHeader;
 
@@ -46,6 +48,7 @@ pub struct Bus {
     /// the same moment, iceoryx2 0.10 panics ("already registered").
     opening: Arc<Mutex<()>>,
     run: Arc<str>,
+    disturbance: Option<Arc<dyn Disturbance>>,
 }
 
 impl Bus {
@@ -73,22 +76,25 @@ impl Bus {
             .map_err(|e| fault(reason(&e)))?;
         node.try_cleanup_dead_nodes();
         let (node, opening) = (Arc::new(node), Arc::default());
-        Ok(Self { node, opening, run: config.run.as_str().into() })
+        Ok(Self { node, opening, run: config.run.as_str().into(), disturbance: None })
+    }
+
+    /// The same bus for writers whose messages are lost, doubled or late, as `disturbance` says.
+    #[must_use]
+    pub fn disturbed(&self, disturbance: Arc<dyn Disturbance>) -> Self {
+        Self { disturbance: Some(disturbance), ..self.clone() }
     }
 
     /// Opens a topic for writing.
     ///
     /// # Errors
     /// [`TransportError::Open`] naming the topic.
-    pub fn publisher<H: WireHeader, R>(
+    pub fn publisher<H: WireHeader, R: Record>(
         &self,
         topic: &Topic,
-    ) -> Result<Publisher<H, R>, TransportError>
-    where
-        R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
-    {
+    ) -> Result<Publisher<H, R>, TransportError> {
         let _one_at_a_time = self.opening();
-        Publisher::open(&self.node, &self.service_name(topic), topic)
+        Publisher::open(&self.node, &self.service_name(topic), topic, self.disturbance.clone())
     }
 
     /// Opens a topic for reading; what the topic keeps for late joiners arrives first.
@@ -96,14 +102,11 @@ impl Bus {
     /// # Errors
     /// [`TransportError::Open`] naming the topic, [`TransportError::Depth`] when it does not allow
     /// as many messages to wait.
-    pub fn subscriber<H: WireHeader, R>(
+    pub fn subscriber<H: WireHeader, R: Record>(
         &self,
         topic: &Topic,
         depth: Depth,
-    ) -> Result<Subscriber<H, R>, TransportError>
-    where
-        R: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static,
-    {
+    ) -> Result<Subscriber<H, R>, TransportError> {
         let _one_at_a_time = self.opening();
         Subscriber::open(&self.node, &self.service_name(topic), topic, depth)
     }

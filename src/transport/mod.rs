@@ -2,8 +2,10 @@
 
 pub mod wire;
 pub mod topics;
-mod bus;
+mod services;
+mod outbox;
 mod ports;
+mod bus;
 pub mod convert;
 mod join;
 mod reason;
@@ -12,8 +14,10 @@ use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
 pub use join::{EventReader, join};
-pub use ports::{Depth, Drops, Publisher, Received, Record, Subscriber};
+pub use outbox::{Delivery, Disturbance, Outgoing};
+pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
+pub use services::Record;
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

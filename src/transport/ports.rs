@@ -16,38 +16,27 @@ use iceoryx2::port::publisher::Publisher as SamplePublisher;
 use iceoryx2::port::subscriber::Subscriber as SampleSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{
-    AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _, ZeroCopySend,
+    AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _,
 };
 use iceoryx2::sample::Sample;
-use iceoryx2::service::ipc_threadsafe;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
 
 use super::TransportError;
+use super::outbox::{Disturbance, Outbox};
 use super::reason::reason;
+use super::services::{Record, Service, events, late_joiners, samples};
 use super::topics::Topic;
 use super::wire::{SCHEMA, WireHeader};
 use crate::clock::monotonic_ns;
-
-/// The iceoryx2 variant whose ports may move between threads.
-pub(super) type Service = ipc_threadsafe::Service;
 
 /// Event id of "a sample was sent". Ids 1 to 3 are iceoryx2's life-cycle events.
 const SENT: EventId = EventId::new(4);
 /// Event id of "I have just opened this topic for reading".
 const JOINED: EventId = EventId::new(5);
-/// Largest event id on any topic.
-const EVENT_ID_MAX: usize = 15;
-/// Readers of one topic (actors, recorders, viewers). Payload memory is reserved for as many, but
-/// taken only as messages really wait.
-const READERS_MAX: usize = 16;
-/// Processes on one topic.
-const NODES_MAX: usize = 32;
 /// Messages that a reader of the newest one has waiting: that one, and the one it overtakes.
 const NEWEST_DEPTH: usize = 2;
-/// Samples that a reader may hold at a time.
-const BORROWED_MAX: usize = 4;
 
 /// How much a reader lets pile up, and whether it minds what is overtaken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,10 +57,6 @@ impl Depth {
         Self { waiting, is_complete: true }
     }
 }
-
-/// What can be sent: plain records.
-pub trait Record: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static {}
-impl<T: ZeroCopySend + Copy + std::fmt::Debug + Send + Sync + 'static> Record for T {}
 
 /// A listener whose file descriptor tokio watches.
 struct WatchedListener(Listener<Service>);
@@ -122,6 +107,8 @@ pub struct Publisher<H: WireHeader, R: Record> {
     handshakes: JoinHandle<()>,
     n_sent: AtomicU64,
     topic: &'static str,
+    /// What becomes of messages on purpose; without it each is sent.
+    outbox: Option<Outbox<H, R>>,
 }
 
 impl<H: WireHeader, R: Record> std::fmt::Debug for Publisher<H, R> {
@@ -141,6 +128,7 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
         node: &Node<Service>,
         service: &str,
         topic: &Topic,
+        disturbance: Option<Arc<dyn Disturbance>>,
     ) -> Result<Self, TransportError> {
         let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
         let publisher = samples::<H, R>(node, service, topic)?
@@ -173,6 +161,7 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
             handshakes,
             n_sent: AtomicU64::new(0),
             topic: topic.name,
+            outbox: disturbance.map(Outbox::new),
         })
     }
 
@@ -181,13 +170,20 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
     /// # Errors
     /// [`TransportError::Send`] when shared memory is exhausted or corrupted.
     pub fn publish(&self, mut header: H, records: &[R]) -> Result<(), TransportError> {
+        header.stamp(monotonic_ns(), self.n_sent.fetch_add(1, Ordering::Relaxed));
+        match &self.outbox {
+            Some(outbox) => outbox.pass(self.topic, header, records, |h, r| self.send(h, r)),
+            None => self.send(header, records),
+        }
+    }
+
+    fn send(&self, header: H, records: &[R]) -> Result<(), TransportError> {
         let fault = |e: &dyn std::fmt::Display| TransportError::Send {
             topic: self.topic,
             reason: reason(e),
         };
         let sample = self.samples.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
         let mut sample = sample.write_from_slice(records);
-        header.stamp(monotonic_ns(), self.n_sent.fetch_add(1, Ordering::Relaxed));
         *sample.user_header_mut() = header;
         sample.send().map_err(|e| fault(&e))?;
         self.notifier.notify().map_err(|e| fault(&e))?;
@@ -243,15 +239,26 @@ impl<H: WireHeader, R: Record> Received<H, R> {
 pub struct Drops {
     /// Messages overtaken by newer ones, or lost.
     pub missed: u64,
+    /// Messages that came behind a later one of their writer, or a second time: they are dropped.
+    pub late: u64,
     /// Messages of another schema version.
     pub foreign: u64,
 }
 
-/// The reading end of a topic.
+/// What came last.
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    writer: u128,
+    sequence: u64,
+    send_ns: u64,
+}
+
+/// The reading end of a topic. It never goes back: what its writer sent before what has come already
+/// is no news.
 pub struct Subscriber<H: WireHeader, R: Record> {
     samples: SampleSubscriber<Service, [R], H>,
     wakeups: Wakeups,
-    last: Option<(u128, u64)>,
+    last: Option<Last>,
     drops: Drops,
     is_complete: bool,
 }
@@ -397,7 +404,13 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
                 tracing::warn!(topic = self.wakeups.topic, expected = SCHEMA, got, "schema");
                 continue;
             }
-            self.count_gap(writer, header.sequence());
+            let now = Last { writer, sequence: header.sequence(), send_ns: header.send_ns() };
+            if self.last.is_some_and(|l| l.writer == writer && now.send_ns <= l.send_ns) {
+                self.drops.late += 1;
+                tracing::debug!(topic = self.wakeups.topic, sequence = now.sequence, "late");
+                continue;
+            }
+            self.count_gap(now);
             return Ok(Some(Received(sample)));
         }
         Ok(None)
@@ -413,10 +426,10 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
         self.drops
     }
 
-    fn count_gap(&mut self, writer: u128, sequence: u64) {
-        if let Some((last_writer, last)) = self.last
-            && last_writer == writer
-            && let missed @ 1.. = sequence.saturating_sub(last).saturating_sub(1)
+    fn count_gap(&mut self, now: Last) {
+        if let Some(last) = self.last
+            && last.writer == now.writer
+            && let missed @ 1.. = now.sequence.saturating_sub(last.sequence).saturating_sub(1)
         {
             // Numbers are the writer's, and foreign writers may leap.
             self.drops.missed = self.drops.missed.saturating_add(missed);
@@ -424,49 +437,6 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
                 tracing::error!(topic = self.wakeups.topic, missed, "messages were lost");
             }
         }
-        self.last = Some((writer, sequence));
+        self.last = Some(now);
     }
-}
-
-type Samples<H, R> =
-    iceoryx2::service::port_factory::publish_subscribe::PortFactory<Service, [R], H>;
-type Events = iceoryx2::service::port_factory::event::PortFactory<Service>;
-
-fn samples<H: WireHeader, R: Record>(
-    node: &Node<Service>,
-    service: &str,
-    topic: &Topic,
-) -> Result<Samples<H, R>, TransportError> {
-    let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
-    node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
-        .publish_subscribe::<[R]>()
-        .user_header::<H>()
-        .max_publishers(topic.writers_max)
-        .max_subscribers(READERS_MAX)
-        .max_nodes(NODES_MAX)
-        .subscriber_max_buffer_size(topic.depth_max)
-        .subscriber_max_borrowed_samples(BORROWED_MAX)
-        .history_size(topic.history)
-        .enable_safe_overflow(true)
-        .open_or_create()
-        .map_err(|e| fault(&e))
-}
-
-fn events(node: &Node<Service>, service: &str, topic: &Topic) -> Result<Events, TransportError> {
-    let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
-    node.service_builder(&service.try_into().map_err(|e| fault(&e))?)
-        .event()
-        .max_notifiers(READERS_MAX + topic.writers_max)
-        .max_listeners(READERS_MAX + topic.writers_max)
-        .max_nodes(NODES_MAX)
-        .event_id_max_value(EVENT_ID_MAX)
-        .notifier_created_event(EventId::new(1))
-        .notifier_dropped_event(EventId::new(2))
-        .notifier_dead_event(EventId::new(3))
-        .open_or_create()
-        .map_err(|e| fault(&e))
-}
-
-fn late_joiners(service: &str) -> String {
-    format!("{service}/late-joiners")
 }

@@ -31,6 +31,10 @@ pub trait WireHeader:
     fn schema(&self) -> u32;
     /// Number of the message in its stream.
     fn sequence(&self) -> u64;
+    /// Run time that the content belongs to, nanoseconds; 0 where it belongs to none.
+    fn capture_ns(&self) -> u64;
+    /// When it was sent, monotonic nanoseconds.
+    fn send_ns(&self) -> u64;
     /// Notes when it is sent (monotonic clock, nanoseconds; for latency figures only), and the how
     /// manieth message of its writer it is, where the header has no number of its own.
     fn stamp(&mut self, send_ns: u64, n_sent: u64);
@@ -47,6 +51,12 @@ macro_rules! header {
             }
             fn sequence(&self) -> u64 {
                 self.sequence
+            }
+            fn capture_ns(&self) -> u64 {
+                self.capture_ns
+            }
+            fn send_ns(&self) -> u64 {
+                self.send_ns
             }
             fn stamp(&mut self, send_ns: u64, n_sent: u64) {
                 self.send_ns = send_ns;

@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 
+use groundloop::hardware::FaultConfig;
 use groundloop::messages::{Control, Event, ReplanCause, Stop};
 use groundloop::run::{
     Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
@@ -143,6 +144,18 @@ pub fn runtime() -> tokio::runtime::Runtime {
 pub fn episode(config: RunConfig) -> Episode {
     let run = TestRun::new();
     run.run(config).unwrap()
+}
+
+/// An actor that panics at a message, counted from 1.
+pub fn panic_of(actor: &str, nth: u32) -> FaultConfig {
+    let action = toml::Table::from_iter([("kind".to_owned(), "panic".into())]);
+    let message = Some(actor.to_owned());
+    FaultConfig { message, nth: Some(nth), action, ..FaultConfig::default() }
+}
+
+/// How many panics on purpose have happened.
+pub fn n_panics(episode: &Episode) -> usize {
+    episode.report.faults.iter().filter(|record| record.kind == "panic").count()
 }
 
 /// The folder with outside data, from the one environment variable; prints what is skipped without

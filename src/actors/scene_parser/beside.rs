@@ -71,7 +71,7 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 take_answer(args, &mut memory, &mut tools, &ports, answer?)?;
             }
             moment = ports.cameras.next(refused) => {
-                take_frame(args, &mut memory, &mut tools, &mut ports, &moment?)?;
+                take_frame(args, &mut memory, &mut tools, &mut ports, moment?).await?;
             }
             () = sleep_until(deadline) => {
                 if !memory.is_paused {
@@ -86,12 +86,12 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
 
 /// A frame has come: it goes to the detector if that is free, and the loop goes on with what it
 /// has.
-fn take_frame(
+async fn take_frame(
     args: &SceneParserArgs,
     memory: &mut SceneParserMemory,
     tools: &mut Tools,
     ports: &mut Ports,
-    moment: &Moment,
+    moment: Moment,
 ) -> Result<(), ActorError> {
     if let Some(lost) = ports.cameras.lost(args.wait).filter(|_| !memory.is_paused) {
         return Err(no_frame(args, lost).into());
@@ -100,14 +100,14 @@ fn take_frame(
     if memory.last_frame == Some(header.sequence) {
         return Ok(()); // a restarted camera shows the same frame again
     }
-    args.monitor.message(NAME);
+    args.monitor.message(NAME).await;
     memory.hear(ports, &args.context)?;
     memory.last_frame = Some(header.sequence);
     args.monitor.missed(NAME, ports.cameras.missed());
     let now = Instant::now();
     tools.frame_deadline = now + args.wait;
     if !tools.thread.is_busy() && now >= tools.next_try {
-        match job(args, memory, &mut ports.cameras, moment) {
+        match job(args, memory, &mut ports.cameras, &moment) {
             Ok(job) => {
                 tools.thread.offer(job)?;
                 tools.answer_deadline.get_or_insert(now + args.wait);

@@ -60,7 +60,7 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
         if memory.last_frame == Some(sequence) {
             continue; // a restarted camera shows the same frame again
         }
-        args.monitor.message(NAME);
+        args.monitor.message(NAME).await;
         memory.hear(&mut ports, &args.context)?;
         let parsed = tokio::task::block_in_place(|| {
             parse(args, &mut memory, &mut tools, &moment, &mut ports)

@@ -63,7 +63,7 @@ pub struct SceneParserArgs {
     pub wait: Duration,
     /// Memory that outlives the actor.
     pub checkpoint: Checkpoint<SceneParserMemory>,
-    /// Panics on purpose.
+    /// Counts its messages, and lets faults happen on purpose.
     pub monitor: Monitor,
 }
 
@@ -296,13 +296,14 @@ impl SceneParserMemory {
                 Err(error) => tracing::warn!(%error, "goal"),
             }
         }
+        // The state first: a status that it rests on has come then.
+        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
+        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         let read = |header: &_, records: &[_]| dispatch_from_wire(header, records, context);
         let dispatches = fresh(&mut ports.dispatches, &mut self.last_dispatch, read)?;
         self.dispatches.extend(dispatches.into_iter().map(|dispatch| (n_frames, dispatch)));
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         self.statuses.extend(statuses.into_iter().map(|status| (n_frames, status)));
-        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
-        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use super::tracker::{Renamed, Track, Tracker};
 use super::{FrameContext, ParserConfig, gripper};
 use crate::geometry::PixelBox;
 use crate::logic::{Facts, Truth};
-use crate::messages::{Effects, MAIN_CAMERA, RobotState, StatusKind};
+use crate::messages::{CommandWatch, Effects, MAIN_CAMERA, RobotState, StatusKind};
 use crate::pddl::{Atom, Name, Typed};
 use crate::perception::fusion::{CameraView, fuse};
 use crate::perception::grounders::{GrounderError, Grounding};
@@ -39,6 +39,7 @@ pub struct SceneParser {
 #[derive(Debug, Clone)]
 struct RunningStep {
     command_id: u64,
+    watch: CommandWatch,
     carried: Option<Name>,
     effects: Effects,
 }
@@ -150,19 +151,25 @@ impl SceneParser {
         for dispatch in context.dispatches {
             self.running = Some(RunningStep {
                 command_id: dispatch.command_id,
+                watch: CommandWatch::new(dispatch.command_id, dispatch.cause.frame_sequence),
                 carried: config.skills.carried(&dispatch.step),
                 effects: dispatch.effects.clone(),
             });
         }
     }
 
-    /// Takes note of the running step's end; returns what it predicts when it was carried out.
+    /// Takes note of the running step's end; returns what it predicts when it is said to be done.
     fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Effects> {
-        let id = self.running.as_ref()?.command_id;
-        let ending = context
-            .statuses
-            .iter()
-            .find(|s| s.command_id == id && s.kind != StatusKind::Accepted)?;
+        let running = self.running.as_mut()?;
+        let is_over = context.robot.is_some_and(|robot| running.watch.is_over(robot));
+        let id = running.command_id;
+        let mut statuses = context.statuses.iter();
+        let ending = statuses.find(|s| s.command_id == id && s.kind != StatusKind::Accepted);
+        let Some(ending) = ending else {
+            // Its end was not heard of: what it has changed is to be seen.
+            self.running.take_if(|_| is_over);
+            return None;
+        };
         let running = self.running.take()?;
         (ending.kind == StatusKind::Done).then_some(running.effects)
     }

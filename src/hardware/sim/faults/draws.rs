@@ -2,11 +2,9 @@
 
 use groundloop_sim::Random;
 
-/// What is drawn for; each purpose has numbers of its own.
+/// What is drawn for; each purpose has numbers of its own, 0 being whether it happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// Whether it happens.
-    Chance = 0,
     /// When, between two times.
     Time = 1,
     /// Whom it concerns.

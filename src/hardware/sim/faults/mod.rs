@@ -25,7 +25,7 @@ pub(super) use schedule::{Due, FaultSchedule, Occasion};
 pub use sensing::{Disturbance, SensingFault};
 pub(super) use sensors::{Planned, Rendered, SensorFaults};
 
-use crate::hardware::{ANY, FaultConfig};
+use crate::hardware::{ANY, FaultConfig, SystemFault};
 use crate::metrics::FaultRecord;
 use crate::mismatch::{Mismatch, listed};
 use crate::settings::near_hint;
@@ -66,7 +66,11 @@ impl JsonSchema for FaultAction {
 
     /// The kinds of all groups, side by side.
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let groups = [WorldFault::json_schema(generator), ActingFault::json_schema(generator)];
+        let groups = [
+            WorldFault::json_schema(generator),
+            ActingFault::json_schema(generator),
+            SystemFault::json_schema(generator),
+        ];
         let kinds = groups.iter().filter_map(|group| group.get("oneOf")?.as_array());
         let sensing = SensingFault::schemas(generator);
         let kinds: Vec<&Value> = kinds.flatten().chain(&sensing).collect();
@@ -174,7 +178,8 @@ pub fn fault_mismatches(
         let frame = frame.and_then(|name| no_camera(cameras, name, format!("{at}.frame")));
         held.or(frame).or(in_action).or_else(|| wrong_number(fault, &at))
     };
-    faults.iter().enumerate().filter_map(wrong).collect()
+    let faults = faults.iter().enumerate().filter(|(_, fault)| !fault.is_system());
+    faults.filter_map(wrong).collect()
 }
 
 /// What an object must be, in words and as a check.

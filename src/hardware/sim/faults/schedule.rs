@@ -2,7 +2,7 @@
 
 use super::draws::{Purpose, draws};
 use super::{FaultAction, SensingFault};
-use crate::hardware::{ANY, FaultConfig};
+use crate::hardware::{ANY, FaultConfig, is_drawn};
 use crate::pddl::Step;
 
 /// The faults of a run, and how often each has had its occasion.
@@ -34,6 +34,8 @@ pub(in crate::hardware::sim) struct Tag {
 
 #[derive(Debug, Clone)]
 struct Entry {
+    /// Its place in the run file.
+    fault: usize,
     action: FaultAction,
     kind: String,
     trigger: Trigger,
@@ -96,13 +98,13 @@ impl FaultSchedule {
         seed: u64,
     ) -> Result<Self, toml::de::Error> {
         let entry = |(fault, config): (usize, &FaultConfig)| Entry::new(fault, config, seed);
-        let entries = faults.iter().enumerate().map(entry);
+        let entries = faults.iter().enumerate().filter(|(_, fault)| !fault.is_system()).map(entry);
         Ok(Self { entries: entries.collect::<Result<_, _>>()?, seed })
     }
 
     /// Takes note that something has happened that faults may wait for.
     pub(in crate::hardware::sim) fn note(&mut self, occasion: Occasion<'_>, now_ns: u64) {
-        for (fault, entry) in self.entries.iter_mut().enumerate() {
+        for entry in &mut self.entries {
             if !entry.trigger.fits(occasion) {
                 continue;
             }
@@ -110,7 +112,7 @@ impl FaultSchedule {
             let occurrence = entry.n_occasions;
             if entry.nth.is_none_or(|nth| nth == occurrence) {
                 let (at_ns, camera) = (now_ns + entry.after_ns, occasion.camera());
-                entry.decide(fault, Waiting { at_ns, occurrence, camera }, self.seed);
+                entry.decide(Waiting { at_ns, occurrence, camera }, self.seed);
             }
         }
     }
@@ -118,7 +120,8 @@ impl FaultSchedule {
     /// Takes out what is due.
     pub(in crate::hardware::sim) fn due(&mut self, now_ns: u64) -> Vec<Due> {
         let mut due = Vec::new();
-        for (fault, entry) in self.entries.iter_mut().enumerate() {
+        for entry in &mut self.entries {
+            let fault = entry.fault;
             for waiting in entry.waiting.extract_if(.., |waiting| waiting.at_ns <= now_ns) {
                 let Waiting { occurrence, camera, .. } = waiting;
                 let tag = Tag { fault, occurrence, kind: entry.kind.clone() };
@@ -162,6 +165,7 @@ impl Entry {
         };
         let is_every = config.every == Some(true);
         let mut entry = Self {
+            fault,
             action: FaultAction::read(&config.action)?,
             kind: kind.to_owned(),
             trigger,
@@ -175,15 +179,14 @@ impl Entry {
             let [low, high] = at_s.bounds_s();
             let at_s = draws(seed, (fault, 1), Purpose::Time).between(low, high);
             let waiting = Waiting { at_ns: nanoseconds(at_s), occurrence: 1, camera: None };
-            entry.decide(fault, waiting, seed);
+            entry.decide(waiting, seed);
         }
         Ok(entry)
     }
 
     /// Draws whether an occurrence happens.
-    fn decide(&mut self, fault: usize, waiting: Waiting, seed: u64) {
-        let drawn = draws(seed, (fault, waiting.occurrence), Purpose::Chance).unit();
-        if drawn < self.probability {
+    fn decide(&mut self, waiting: Waiting, seed: u64) {
+        if is_drawn(seed, (self.fault, waiting.occurrence), self.probability) {
             self.waiting.push(waiting);
         }
     }

@@ -1,0 +1,38 @@
+//! Whether a fault happens, drawn from the run's seed: apart from everything else that is random.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+
+/// The purpose of this draw among those of one occurrence of a fault.
+const CHANCE: u64 = 0;
+
+/// Whether one occurrence of a fault happens. It depends on the seed, the fault's place in the run file, the number
+/// of its occurrence and the probability, and on nothing else.
+pub fn is_drawn(seed: u64, (fault, occurrence): (usize, u64), probability: f64) -> bool {
+    let mut key = [0; 32];
+    let numbers = [seed, fault as u64, occurrence, CHANCE];
+    for (bytes, number) in key.chunks_exact_mut(8).zip(numbers) {
+        bytes.copy_from_slice(&number.to_le_bytes());
+    }
+    // 53 random bits, in [0, 1).
+    let bits = ChaCha8Rng::from_seed(key).next_u64() >> 11;
+    (bits as f64) * (1.0 / (1_u64 << 53) as f64) < probability
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_draw_depends_on_seed_place_and_occurrence() {
+        let drawn = |seed, fault| -> Vec<bool> {
+            (1..=400).map(|n| is_drawn(seed, (fault, n), 0.3)).collect()
+        };
+        let n = drawn(1, 0).iter().filter(|drawn| **drawn).count();
+        assert!((90..150).contains(&n), "{n} of 400");
+        assert_eq!(drawn(1, 0), drawn(1, 0));
+        assert_ne!(drawn(1, 0), drawn(2, 0));
+        assert_ne!(drawn(1, 0), drawn(1, 1));
+        assert!(is_drawn(1, (0, 1), 1.0) && !is_drawn(1, (0, 1), 0.0));
+    }
+}
