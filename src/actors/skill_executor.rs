@@ -9,7 +9,8 @@ use super::{ActorError, Checkpoint, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig};
 use crate::messages::{
-    Command, Control, DecisionMessage, EpisodeEnd, Event, EventMessage, PlanMessage, RobotState,
+    Command, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, PlanMessage,
+    RobotState,
 };
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
@@ -59,6 +60,8 @@ pub struct SkillExecutorMemory {
     robot_heard_ns: u64,
     /// Whether a command has been sent since.
     is_robot_asked: bool,
+    /// The running step: said with every answer, for a scene parser that has missed it.
+    dispatch: Option<Dispatch>,
     n_commands: u64,
     n_events: u64,
     requests: Requests,
@@ -201,7 +204,9 @@ impl SkillExecutorMemory {
             let (header, record) = outcome_to_wire(outcome, &args.context)?;
             ports.outcomes.publish(header, &[record])?;
         }
-        if let Some(dispatch) = &decision.dispatch {
+        let is_running = self.executive.running_step().is_some();
+        self.dispatch = decision.dispatch.clone().or(self.dispatch.take()).filter(|_| is_running);
+        if let Some(dispatch) = &self.dispatch {
             // Before the command: whoever sees what the command leads to has heard of it.
             let (header, records) = dispatch_to_wire(dispatch, &args.context)?;
             ports.dispatches.publish(header, &records)?;

@@ -44,6 +44,13 @@ struct RunningStep {
     effects: Effects,
 }
 
+/// A step that has ended, perhaps done.
+struct Ended {
+    effects: Effects,
+    /// Whether the robot has said so; otherwise its states show that it does no more.
+    is_heard: bool,
+}
+
 impl Default for SceneParser {
     fn default() -> Self {
         Self {
@@ -114,7 +121,7 @@ impl SceneParser {
         }
         let latched = self.latched();
         let lost = self.lost(config, capture_ns);
-        let ended = ended.filter(|effects| !self.is_refuted(config, effects));
+        let ended = ended.filter(|ended| self.is_believed(config, ended)).map(|e| e.effects);
         let unsettled = self.belief.update(&readings, &latched, &lost, ended.as_ref(), pace);
         let anomalies = self.belief.anomaly(anomalies, pace);
         let objects = self.objects(config);
@@ -158,20 +165,20 @@ impl SceneParser {
         }
     }
 
-    /// Takes note of the running step's end; returns what it predicts when it is said to be done.
-    fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Effects> {
+    /// Takes note of the running step's end; returns what it predicts unless it is said to have failed.
+    fn end_step(&mut self, context: &FrameContext<'_>) -> Option<Ended> {
         let running = self.running.as_mut()?;
         let is_over = context.robot.is_some_and(|robot| running.watch.is_over(robot));
         let id = running.command_id;
         let mut statuses = context.statuses.iter();
         let ending = statuses.find(|s| s.command_id == id && s.kind != StatusKind::Accepted);
         let Some(ending) = ending else {
-            // Its end was not heard of: what it has changed is to be seen.
-            self.running.take_if(|_| is_over);
-            return None;
+            let running = self.running.take_if(|_| is_over)?;
+            return Some(Ended { effects: running.effects, is_heard: false });
         };
         let running = self.running.take()?;
-        (ending.kind == StatusKind::Done).then_some(running.effects)
+        let is_done = ending.kind == StatusKind::Done;
+        is_done.then_some(Ended { effects: running.effects, is_heard: true })
     }
 
     /// Takes note of what the gripper holds now, and where that is.
@@ -212,6 +219,13 @@ impl SceneParser {
     /// Objects that are somewhere, seen or not.
     fn present(&self, pace: Pace) -> impl Iterator<Item = &Track> + Clone {
         self.tracker.tracks.iter().filter(move |track| !track.is_gone(pace))
+    }
+
+    /// Whether what an ended step predicts is believed before it is seen. Of an end that nobody has heard of only
+    /// what the gripper holds tells, for what is held is not judged by eye.
+    fn is_believed(&self, config: &ParserConfig, ended: &Ended) -> bool {
+        let is_told = ended.is_heard || held(&self.gripper).is_some();
+        is_told && !self.is_refuted(config, &ended.effects)
     }
 
     /// Whether the robot feels otherwise than a step that is said to be done predicts: nothing of it is
