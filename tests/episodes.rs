@@ -102,7 +102,7 @@ fn different_seeds_give_different_decisions() {
 fn a_panic_in_any_actor_changes_nothing() {
     let calm = episode(small("blocksworld_disturbed.toml", &[]));
     let actors = ["camera", "goal_parser", "planner", "robot", "scene_parser", "skill_executor"];
-    let panics = actors.iter().enumerate().map(|(i, actor)| {
+    let panics = actors.iter().zip(0..).map(|(actor, i)| {
         // The goal parser is done after a few messages; the others panic in mid-episode.
         panic_of(actor, if *actor == "goal_parser" { 2 } else { 40 + 17 * i })
     });

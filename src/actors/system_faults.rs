@@ -311,3 +311,74 @@ impl FrameAnswers {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::BusConfig;
+
+    const SHAPE: LoopShape<'_> = LoopShape { clock: ClockKind::Realtime, cameras: &["main"] };
+
+    /// Faults of a loop in realtime, which needs no bus of its own.
+    fn faults(text: &str, seed: u64) -> SystemFaults {
+        let table: toml::Table = text.parse().unwrap();
+        let faults: Vec<FaultConfig> = table["fault"].clone().try_into().unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let prefix = root.path().file_name().unwrap().to_str().unwrap().replace('.', "");
+        let path = Some(root.path().to_owned());
+        let bus = Bus::open(&BusConfig { root: path, prefix, run: "faults".to_owned() }).unwrap();
+        SystemFaults::open((&faults, seed), &SHAPE, &bus).unwrap()
+    }
+
+    fn send(faults: &SystemFaults, topic: &'static str, sequence: u64) -> Delivery {
+        faults.delivery(Outgoing { topic, sequence, capture_ns: 1000 + sequence })
+    }
+
+    #[test]
+    fn messages_of_a_topic_are_counted_and_the_first_fault_has_them() {
+        let text = "[[fault]]\nsent = 'plan'\nnth = 2\naction = { kind = 'lose' }\n\
+                    [[fault]]\nat_s = 1\naction = { kind = 'drop' }\n\
+                    [[fault]]\nsent = 'plan'\nevery = true\naction = { kind = 'duplicate' }\n\
+                    [[fault]]\nsent = 'scene'\naction = { kind = 'delay', messages = 3 }\n";
+        let faults = faults(text, 1);
+        let three = std::num::NonZeroU32::new(3).unwrap();
+        assert_eq!(send(&faults, "scene", 0), Delivery::Late(three));
+        let plans = [1, 2, 3].map(|sequence| send(&faults, "plan", sequence));
+        assert_eq!(plans, [Delivery::Twice, Delivery::Lost, Delivery::Twice]);
+        assert_eq!(send(&faults, "scene", 1), Delivery::Sent);
+        let told = faults.records().into_iter().map(|r| (r.at_ns, r.fault, r.happened, r.said));
+        let told: Vec<_> = told.collect();
+        assert_eq!(told.len(), 5, "{told:?}");
+        assert_eq!(told[0], (0, 3, true, "message 1 on scene waits for 3 later ones".to_owned()));
+        assert_eq!(told[2], (2, 0, true, "message 2 on plan is lost".to_owned()));
+        let refused = "message 2 on plan is sent twice: another fault has it".to_owned();
+        assert_eq!(told[3], (2, 2, false, refused));
+    }
+
+    #[tokio::test]
+    async fn an_actor_is_told_what_to_do_about_its_message() {
+        let text = "[[fault]]\nmessage = 'planner'\nnth = 2\naction = { kind = 'deadline_missed' }\n\
+                    [[fault]]\nmessage = 'goal_parser'\naction = { kind = 'source_down' }\n";
+        let faults = faults(text, 1);
+        let mut handled = Vec::new();
+        for actor in ["planner", "planner", "planner", "goal_parser", "camera"] {
+            handled.push(faults.message(actor).await);
+        }
+        use Handling::{DeadlineMissed, SourceDown, Usual};
+        assert_eq!(handled, [Usual, DeadlineMissed, Usual, SourceDown, Usual]);
+        assert_eq!(faults.records().len(), 2);
+    }
+
+    #[test]
+    fn the_seed_draws_which_messages_are_lost() {
+        let text = "[[fault]]\nsent = 'plan'\nevery = true\nprobability = 0.4\naction = { kind = 'lose' }\n";
+        let lost = |seed| {
+            let faults = faults(text, seed);
+            (0..200).map(|n| send(&faults, "plan", n) == Delivery::Lost).collect::<Vec<bool>>()
+        };
+        let n_lost = lost(1).iter().filter(|is_lost| **is_lost).count();
+        assert!((50..110).contains(&n_lost), "{n_lost}");
+        assert_eq!(lost(1), lost(1));
+        assert_ne!(lost(1), lost(2));
+    }
+}

@@ -216,7 +216,7 @@ impl Running {
             effects: self.effects.clone(),
             ending,
             fault: self.fault.clone(),
-            frames: 0,
+            looked: LookTime::default(),
         }
     }
 

@@ -162,3 +162,38 @@ pub struct Status {
     /// How it fares.
     pub kind: StatusKind,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(command_id: Option<u64>, answered: Option<u64>) -> RobotState {
+        RobotState {
+            capture_ns: 0,
+            position: Point3::origin(),
+            yaw_rad: 0.0,
+            opening_m: 0.0,
+            holding: false,
+            command_id,
+            phase: 0,
+            answered,
+        }
+    }
+
+    #[test]
+    fn a_command_is_over_once_it_was_had_and_is_not_carried_out() {
+        let mut watch = CommandWatch::new(7, 40);
+        assert!(
+            !watch.is_over(&state(None, None)),
+            "it is still on its way, or the robot never tells"
+        );
+        assert!(!watch.is_over(&state(Some(7), None)));
+        assert!(watch.is_over(&state(None, None)));
+        assert!(watch.is_over(&state(Some(8), None)));
+        let mut watch = CommandWatch::new(7, 40);
+        assert!(!watch.is_over(&state(None, Some(39))));
+        assert!(!watch.is_over(&state(Some(7), Some(40))));
+        let mut lost = CommandWatch::new(7, 40);
+        assert!(lost.is_over(&state(None, Some(40))), "its frame was answered otherwise");
+    }
+}

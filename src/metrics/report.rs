@@ -69,13 +69,14 @@ impl EpisodeReport {
 /// One occurrence of a `[[fault]]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FaultRecord {
-    /// When, in nanoseconds of simulated time.
+    /// When, in nanoseconds of simulated time; of actors and messages in run time since the start, 0
+    /// before anything was captured.
     pub at_ns: u64,
     /// Which `[[fault]]` of the run file, counted from 0.
     pub fault: usize,
     /// What: the `kind` of its action.
     pub kind: String,
-    /// Whom it concerned, by their names in the simulated world.
+    /// Whom it concerned, by their names in the simulated world; nobody for actors and messages.
     pub objects: Vec<String>,
     /// Whether it happened.
     pub happened: bool,

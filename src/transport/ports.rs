@@ -253,6 +253,13 @@ struct Last {
     send_ns: u64,
 }
 
+impl Last {
+    /// Whether it was sent before a message of the same writer, or is that message.
+    fn is_behind(&self, last: &Self) -> bool {
+        self.writer == last.writer && (self.send_ns, self.sequence) <= (last.send_ns, last.sequence)
+    }
+}
+
 /// The reading end of a topic. It never goes back: what its writer sent before what has come already
 /// is no news.
 pub struct Subscriber<H: WireHeader, R: Record> {
@@ -405,7 +412,7 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
                 continue;
             }
             let now = Last { writer, sequence: header.sequence(), send_ns: header.send_ns() };
-            if self.last.is_some_and(|l| l.writer == writer && now.send_ns <= l.send_ns) {
+            if self.last.is_some_and(|last| now.is_behind(&last)) {
                 self.drops.late += 1;
                 tracing::debug!(topic = self.wakeups.topic, sequence = now.sequence, "late");
                 continue;
