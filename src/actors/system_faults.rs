@@ -239,11 +239,12 @@ impl State {
     ) {
         match &said {
             Ok(done) => tracing::info!(target: "fault", "{done}"),
-            Err(error) => tracing::warn!(target: "fault", %error, "not applied"),
+            Err(error) => tracing::info!(target: "fault", %error, "not applied"),
         }
         let (at_ns, happened) = (self.time.of(at), said.is_ok());
         let said = said.unwrap_or_else(|error| error);
-        self.records.push(FaultRecord { at_ns, fault, kind, objects: Vec::new(), happened, said });
+        let told = FaultRecord { at_ns, fault, kind, happened, said, ..FaultRecord::default() };
+        self.records.push(told);
     }
 }
 

@@ -16,12 +16,10 @@ pub mod sim;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{
-    Camera, CameraError, CameraPort, DisturbDetections, NextFrame, OpenCamera,
-};
+pub use camera::{Camera, CameraError, CameraPort, DisturbDetections, NextFrame, OpenCamera};
+pub use draws::is_drawn;
 #[cfg(feature = "sim")]
 pub(crate) use fault::ANY;
-pub use draws::is_drawn;
 pub use fault::{FaultConfig, FaultTime};
 pub use history::{GroundTruth, TrueDispatch, TrueHistory, TrueMoment};
 pub use robot::{FaultsOf, OpenRobot, Robot, RobotPort};

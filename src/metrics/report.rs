@@ -67,7 +67,7 @@ impl EpisodeReport {
 }
 
 /// One occurrence of a `[[fault]]`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FaultRecord {
     /// When, in nanoseconds of simulated time; of actors and messages in run time since the start, 0
     /// before anything was captured.
@@ -82,7 +82,7 @@ pub struct FaultRecord {
     pub happened: bool,
     /// What was done, or why nothing was.
     pub said: String,
-    /// Number of the first frame that can show it.
+    /// Number of the first frame that can show it; 0 for faults of the system.
     pub frame: u64,
     /// How many frames later the loop no longer believed anything that it had made false; `null` where it
     /// made nothing false that was believed, or the loop never noticed.

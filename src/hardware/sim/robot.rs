@@ -11,10 +11,10 @@ use groundloop_sim::{CameraSpec, SceneSpec, World};
 use tokio::sync::watch;
 
 use super::config::SimConfig;
-use super::witness::{Moment, Witness};
 use super::faults::{
     ArmFaults, FaultSchedule, Occasion, Planned, Rendered, RobotParts, SensorFaults, SimArm, happen,
 };
+use super::witness::{Moment, Witness};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::files::{FileRef, Folder};
 use crate::hardware::{FaultConfig, Robot, Sequencer};

@@ -120,17 +120,7 @@ fn record(
     }
     let (fault, kind, happened) = (tag.fault, tag.kind.clone(), said.is_ok());
     let said = said.unwrap_or_else(|error| error);
-    FaultRecord {
-        at_ns,
-        fault,
-        kind,
-        objects,
-        happened,
-        said,
-        frame: 0,
-        noticed_after_frames: None,
-        recovered_after_frames: None,
-    }
+    FaultRecord { at_ns, fault, kind, objects, happened, said, ..FaultRecord::default() }
 }
 
 /// Does a fault to its objects, or to one that it fits and that is drawn.
