@@ -109,7 +109,7 @@ impl Rig {
             Ok(Box::new(Gated { started: telling.clone(), gate: Arc::clone(&waiting) }))
         });
         let image_size = [WIDTH as u32, HEIGHT as u32];
-        let main = CameraArgs { name: "main".to_owned(), detector, image_size };
+        let main = CameraArgs { name: "main".to_owned(), detector, image_size, disturb: None };
         let args = SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&context),

@@ -9,8 +9,6 @@ mod detections;
 mod sensors;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod sensing_tests;
 
 use std::borrow::Cow;
 

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use super::tests::{Bench, RATE_HZ, bench, fault};
 use super::*;
 use crate::geometry::PixelBox;
 use crate::hardware::Camera as _;

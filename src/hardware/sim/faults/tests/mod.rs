@@ -1,6 +1,8 @@
 //! Faults in a simulated world with a robot that carries out motions: when they happen, what each does,
 //! and how it is told apart from the others.
 
+mod sensing;
+
 use std::fs;
 use std::path::Path;
 
@@ -18,7 +20,7 @@ use crate::messages::{Command, CommandKind, Expect, Motion, Status, StatusKind, 
 use crate::pddl::Step;
 use crate::run::load_run;
 
-pub(super) const RATE_HZ: f64 = 30.0;
+const RATE_HZ: f64 = 30.0;
 /// Red on blue, and green and yellow beside them.
 const SCENE: &str = r#"
     [arrangement]
@@ -31,20 +33,20 @@ const SCENE: &str = r#"
 "#;
 
 /// A simulated robot with faults, and what it has said.
-pub(super) struct Bench {
-    pub(super) hardware: SimHardware,
+struct Bench {
+    hardware: SimHardware,
     robot: Box<dyn Robot>,
     said: Vec<Status>,
     n_frames: u64,
     n_commands: u64,
 }
 
-pub(super) fn faults(text: &str) -> Vec<FaultConfig> {
+fn faults(text: &str) -> Vec<FaultConfig> {
     let table: toml::Table = text.parse().unwrap();
     table["fault"].clone().try_into().unwrap()
 }
 
-pub(super) fn bench(faults_text: &str, seed: u64) -> Bench {
+fn bench(faults_text: &str, seed: u64) -> Bench {
     let folder = TempDir::new().unwrap();
     let blocks = ["blue", "red", "green", "yellow"].map(|colour| {
         let shape = "shape = { kind = \"block\", size_m = 0.05 }";
@@ -69,7 +71,7 @@ pub(super) fn bench(faults_text: &str, seed: u64) -> Bench {
 }
 
 impl Bench {
-    pub(super) fn tell(&mut self, kind: CommandKind, step: Option<&str>) {
+    fn tell(&mut self, kind: CommandKind, step: Option<&str>) {
         let step = step.map(|text| {
             let words: Vec<&str> = text.split(' ').collect();
             Step::new(words[0], &words[1..])
@@ -83,17 +85,17 @@ impl Bench {
     }
 
     /// The robot says what it says first, so that a frame may be captured.
-    pub(super) fn open(&mut self) {
+    fn open(&mut self) {
         self.robot.published();
     }
 
     /// Answers a frame with "continue".
-    pub(super) fn answer(&mut self, frame_sequence: u64) {
+    fn answer(&mut self, frame_sequence: u64) {
         self.n_frames = frame_sequence;
         self.tell(CommandKind::Continue, None);
     }
 
-    pub(super) fn wait(&mut self, seconds: f64) {
+    fn wait(&mut self, seconds: f64) {
         for _ in 0..(seconds * RATE_HZ) as u64 {
             self.tell(CommandKind::Continue, None);
         }
@@ -124,7 +126,7 @@ impl Bench {
     }
 
     /// Takes green.
-    pub(super) fn pick(&mut self) -> (StatusKind, f64) {
+    fn pick(&mut self) -> (StatusKind, f64) {
         let at = self.body("green_block").position;
         self.carry_out("pick_up green_block arm", &pick(at))
     }
@@ -164,7 +166,7 @@ fn place(x: f64, y: f64, z: f64) -> Vec<Waypoint> {
     ]
 }
 
-pub(super) fn fault(keys: &str, action: &str) -> String {
+fn fault(keys: &str, action: &str) -> String {
     format!("[[fault]]\n{keys}\naction = {{ {action} }}\n")
 }
 
