@@ -5,10 +5,53 @@
 
 mod common;
 
+use std::num::NonZeroU32;
+use std::sync::Arc;
+
 use common::TestRun;
 use groundloop::transport::topics::{GOAL, RELIABLE_DEPTH, ROBOT_COMMAND, SCENE};
 use groundloop::transport::wire::{CommandRecord, DeviceHeader, SCHEMA, SceneRecord, TaskHeader};
-use groundloop::transport::{Bus, Depth, Drops, Publisher, Subscriber};
+use groundloop::transport::{
+    Bus, Delivery, Depth, Disturbance, Drops, Outgoing, Publisher, Subscriber,
+};
+
+/// Loses the second message, sends the third twice, and the fourth behind the sixth.
+#[derive(Debug)]
+struct Clumsy;
+
+impl Disturbance for Clumsy {
+    fn delivery(&self, message: Outgoing) -> Delivery {
+        assert_eq!(message.topic, "robot/command");
+        match message.sequence {
+            1 => Delivery::Lost,
+            2 => Delivery::Twice,
+            3 => Delivery::Late(NonZeroU32::new(2).expect("2 is not 0")),
+            _ => Delivery::Sent,
+        }
+    }
+}
+
+/// Whatever happens on the way, a reader goes on only.
+#[tokio::test(flavor = "multi_thread")]
+async fn lost_doubled_and_late_messages_are_no_news() {
+    let test = open("disturbed");
+    let commands: Publisher<DeviceHeader, CommandRecord> =
+        test.bus.disturbed(Arc::new(Clumsy)).publisher(&ROBOT_COMMAND).unwrap();
+    let mut all: Subscriber<DeviceHeader, CommandRecord> =
+        test.bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH)).unwrap();
+    let mut newest: Subscriber<DeviceHeader, CommandRecord> =
+        test.bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH)).unwrap();
+    for sequence in 0..=5 {
+        commands.publish(device(sequence), &[CommandRecord::default()]).unwrap();
+    }
+    assert_eq!(newest.newest().await.unwrap().header().sequence, 5);
+    let mut seen = Vec::new();
+    while let Some(message) = all.poll_next().unwrap() {
+        seen.push(message.header().sequence);
+    }
+    assert_eq!(seen, [0, 2, 4, 5]);
+    assert_eq!(all.drops(), Drops { missed: 2, late: 2, ..Drops::default() });
+}
 
 /// A bus of its own: own root, own prefix.
 struct TestBus {

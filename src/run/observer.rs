@@ -153,7 +153,8 @@ impl Observer {
         }
         let scene = self.waiting.scene(decision.cause.cycle);
         let plan = self.waiting.plan(decision.plan_cycle);
-        let command = self.waiting.command(decision.sequence);
+        let frame = decision.cause.frame_sequence;
+        let command = self.waiting.command(decision.sequence, frame);
         if let (Some(scene), Some(plan), Some(command)) = (&scene, &plan, &command) {
             if let Some(diary) = &mut self.diary {
                 diary.write(scene, plan);
@@ -233,12 +234,16 @@ impl Waiting {
         self.plans.pop_front()
     }
 
-    fn command(&mut self, sequence: u64) -> Option<Command> {
-        while self.commands.front().is_some_and(|(number, _)| *number < sequence) {
-            self.commands.pop_front();
-        }
-        self.commands.front().filter(|(number, _)| *number == sequence)?;
-        self.commands.pop_front().map(|(_, command)| command)
+    /// The command of that number for that frame. Another writer answers frames of which a message was lost on
+    /// purpose, and what two writers say comes in any order.
+    fn command(&mut self, sequence: u64, frame: u64) -> Option<Command> {
+        let is_it = |(number, command): &(u64, Command)| {
+            *number == sequence && command.frame_sequence == frame
+        };
+        let at = self.commands.iter().position(is_it);
+        let found = at.and_then(|at| self.commands.remove(at));
+        self.commands.retain(|(number, _)| *number > sequence);
+        found.map(|(_, command)| command)
     }
 
     /// Forgets the oldest where too much waits.

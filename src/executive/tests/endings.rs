@@ -362,3 +362,30 @@ fn a_stop_from_outside_holds_the_robot_and_says_so() {
         assert_eq!(verdict.reason(), reason);
     }
 }
+
+/// The status that ends a step is lost: the robot's states show that it has ended, and the scene what came of it.
+#[test]
+fn a_step_that_ends_without_a_word_is_judged_by_what_is_seen() {
+    for (seen, outcome) in [(blocks(&[], Some("red_block")), true), (blocks(&[], None), false)] {
+        let mut episode = Episode::new();
+        episode.start(PICK);
+        let command_id = episode.executive.last_command_id;
+        episode.robot_mut().command_id = Some(command_id);
+        episode.cycle();
+        assert_eq!(episode.executive.running_step(), Some(&step(PICK)));
+        let capture_ns = episode.scene.cause.capture_ns + FRAME_NS;
+        *episode.robot_mut() = RobotState { command_id: None, capture_ns, ..*episode.robot_mut() };
+        let decision = episode.see(&seen).cycle();
+        assert_eq!(decision.outcomes.len(), 1, "{decision:?}");
+        assert_eq!(decision.outcomes[0].succeeded, outcome);
+        let says = |event: &Event| matches!(event, Event::Failed { reason, .. } if reason.starts_with("ended without a word"));
+        assert_eq!(decision.events.iter().any(says), !outcome, "{decision:?}");
+    }
+    let mut untold = Episode::new();
+    untold.start(PICK);
+    untold.cycle();
+    assert!(
+        untold.executive.running_step().is_some(),
+        "this robot does not tell what it carries out"
+    );
+}
