@@ -17,7 +17,7 @@ const SMOOTHING: f64 = 0.3;
 const MOVED_M: f64 = 0.01;
 /// Least overlap (intersection over union) by which a new detection goes on with the candidate of the last frame.
 const SAME_IOU_MIN: f64 = 0.3;
-/// Least share of an unseen object's place that another object must fill to have taken it.
+/// Least share of an unseen object's place that other objects must fill to have taken it.
 const REPLACED_SHARE_MIN: f64 = 0.5;
 
 /// An object that is known by name.
@@ -32,6 +32,8 @@ pub(super) struct Track {
     pub(super) is_in_sight: bool,
     /// For how long its place has been seen without it.
     absent: Option<Streak>,
+    /// For how long it has been seen again, while it is gone.
+    returning: Option<Streak>,
     /// What a phrase of the goal calls it, and for how long.
     phrase_votes: Option<(Name, Streak)>,
     /// What cameras do not agree on, in the frame that it was seen in last.
@@ -80,10 +82,13 @@ impl Tracker {
         }
         for (track, detection) in self.tracks.iter_mut().zip(matched) {
             match detection {
-                Some(detection) if !track.is_hidden_by(&detection, occluders) => {
+                Some(detection)
+                    if !track.is_hidden_by(&detection, occluders) && track.is_back(pace) =>
+                {
                     track.see(detection, capture_ns, pace);
                 }
-                _ => track.is_in_sight = false,
+                Some(_) => track.is_in_sight = false,
+                None => (track.is_in_sight, track.returning) = (false, None),
             }
         }
         let born = free.into_iter().flatten();
@@ -113,11 +118,15 @@ impl Tracker {
                 track.absent = None;
                 continue;
             };
-            let is_replaced =
-                || seen.iter().any(|other| place.share_within(other) >= REPLACED_SHARE_MIN);
+            let is_replaced = || {
+                let shares = seen.iter().map(|other| place.share_within(other));
+                shares.sum::<f64>() >= REPLACED_SHARE_MIN
+            };
             match sight(&place, frames) {
                 Sight::Empty => track.miss(pace),
                 Sight::Taken if is_replaced() => track.miss(pace),
+                // By something: what is gone is back only once it is seen.
+                Sight::Taken if track.is_gone(pace) => {}
                 Sight::Taken => track.absent = None,
                 // Nothing new is known of the place.
                 Sight::Hidden => {}
@@ -205,6 +214,7 @@ impl Tracker {
                 seen_ns: capture_ns,
                 is_in_sight: true,
                 absent: None,
+                returning: None,
                 phrase_votes: None,
                 contradiction: detection.contradiction,
                 is_phrase,
@@ -237,6 +247,19 @@ impl Track {
     /// Whether it has been seen to be where it was no more, and is seen nowhere else.
     pub(super) fn is_gone(&self, pace: Pace) -> bool {
         self.absent.is_some_and(|streak| streak.is_confirmed(pace))
+    }
+
+    /// Whether a detection shows it: what is gone comes back as what is new comes, once it has been seen for
+    /// long enough.
+    fn is_back(&mut self, pace: Pace) -> bool {
+        if !self.is_gone(pace) {
+            return true;
+        }
+        match &mut self.returning {
+            Some(streak) => streak.go_on(pace),
+            None => self.returning = Some(Streak::default()),
+        }
+        self.returning.is_some_and(|streak| streak.is_confirmed(pace))
     }
 
     /// For how long it has not been seen whole at the time of a frame, nanoseconds.
@@ -294,7 +317,7 @@ impl Track {
         };
         self.score = detection.score;
         self.seen_ns = capture_ns;
-        (self.is_in_sight, self.absent) = (true, None);
+        (self.is_in_sight, self.absent, self.returning) = (true, None, None);
         self.contradiction = detection.contradiction;
         self.phrase_votes = detection.phrase.map(|phrase| match self.phrase_votes.take() {
             Some((before, mut streak)) if before == phrase => {
