@@ -116,6 +116,7 @@ impl SystemFaults {
     ///
     /// # Panics
     /// When the run file says so.
+    #[expect(clippy::panic, reason = "a fault that the run file asks for")]
     pub(super) async fn message(&self, actor: &str) -> Handling {
         let occasion = Occasion::Message(actor.to_owned());
         let happening = self.lock().happening(&occasion, self.0.seed);

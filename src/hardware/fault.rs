@@ -27,8 +27,8 @@ pub struct FaultConfig {
     pub holding: Option<String>,
     /// When: as this camera ("main", or the name of a `[cameras.NAME]`) takes a frame, or "any".
     pub frame: Option<String>,
-    /// When: as this actor has received a message: "camera" ("camera/NAME" for others), "goal_parser",
-    /// "planner", "robot", "scene_parser" or "skill_executor".
+    /// When: as this actor has received a message: `camera` (`camera/NAME` for others), `goal_parser`,
+    /// `planner`, `robot`, `scene_parser` or `skill_executor`.
     pub message: Option<String>,
     /// When: as a message is about to be published on this topic, such as "robot/status".
     pub sent: Option<String>,

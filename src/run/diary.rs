@@ -30,7 +30,11 @@ impl Diary {
     pub(super) fn write(&mut self, scene: &Scene, plan: &PlanMessage) {
         let steps_left = match &plan.verdict {
             PlanVerdict::Plan { steps, .. } => Some(steps.len()),
-            _ => None,
+            PlanVerdict::Unsolvable { .. }
+            | PlanVerdict::OutOfBudget { .. }
+            | PlanVerdict::Unsupported { .. }
+            | PlanVerdict::Missing { .. }
+            | PlanVerdict::Inconsistent { .. } => None,
         };
         let frame = scene.cause.frame_sequence;
         let (objects, belief) = (scene.typed_objects(), scene.confirmed());

@@ -153,7 +153,9 @@ impl Belief {
                 anomaly.place = known.place;
             }
             let mut streak = before.get(&anomaly).copied();
-            streak.iter_mut().for_each(|streak| streak.go_on(pace));
+            if let Some(streak) = &mut streak {
+                streak.go_on(pace);
+            }
             self.anomalies.insert(anomaly, streak.unwrap_or_default());
         }
         let confirmed = self.anomalies.iter().filter(|(_, streak)| streak.is_confirmed(pace));

@@ -180,7 +180,9 @@ impl Tracker {
             });
             // Taken out, so that of two pieces of one only one goes on.
             let mut seen = goes_on.map(|at| before.swap_remove(at).seen);
-            seen.iter_mut().for_each(|seen| seen.go_on(pace));
+            if let Some(seen) = &mut seen {
+                seen.go_on(pace);
+            }
             self.candidates.push(Candidate { detection, seen: seen.unwrap_or_default() });
         }
     }

@@ -25,6 +25,16 @@ pub(super) struct Audit<'a> {
     pub(super) rate_hz: f64,
 }
 
+/// Whether the loop noticed a fault.
+enum Noticed {
+    /// There was nothing to notice: it made nothing false that was believed.
+    Nothing,
+    /// From this frame on nothing is believed any more that it has made false.
+    At(u64),
+    /// That never came.
+    Never,
+}
+
 /// Every object of an episode: those that were seen, and those of true facts that nobody has seen.
 pub(super) fn every_object(words: Words<'_>, history: &TrueHistory, diary: &Diary) -> Vec<Typed> {
     let seen = diary.pages().iter().flat_map(|page| &page.objects);
@@ -62,7 +72,7 @@ impl Audit<'_> {
         let untrue = before.take_while(|m| self.is_untrue(m, step, (action, &bindings)));
         let frames =
             |first: Option<&TrueMoment>| first.map_or(0, |first| frame + 1 - first.frame_sequence);
-        let plain = untrue.clone().take_while(|m| self.is_in_sight(m, step));
+        let plain = untrue.clone().take_while(|m| is_in_sight(m, step));
         let universe = Universe { types: &self.words.domain.types, objects: self.words.objects };
         let facts = self.words.facts(&moment.truth);
         let unmet =
@@ -93,27 +103,30 @@ impl Audit<'_> {
         is_sure && self.words.really_holds(&action.precondition, bindings, truth) == Some(false)
     }
 
-    /// Whether all that a step concerns is in sight. An object that was taken out of the world is: its
-    /// place shows that it is not there.
-    fn is_in_sight(&self, TrueMoment { truth, seen, .. }: &TrueMoment, step: &Step) -> bool {
-        concerned(truth, step).is_subset(seen)
-    }
-
     /// Writes into each record when the loop noticed the fault, and when it had made it good.
     pub(super) fn follow(&self, records: &mut [FaultRecord]) {
         for record in records.iter_mut().filter(|record| record.happened) {
             let Some(before) = record.frame.checked_sub(1) else { continue };
-            let noticed = self.noticed(before, record);
-            let Some(from) = noticed.unwrap_or(Some(record.frame)) else { continue };
-            record.noticed_after_frames = noticed.flatten().map(|frame| frame - record.frame);
+            let from = match self.noticed(before, record) {
+                Noticed::Nothing => record.frame,
+                Noticed::At(frame) => {
+                    record.noticed_after_frames = Some(frame - record.frame);
+                    frame
+                }
+                Noticed::Never => continue,
+            };
             let recovered = self.further_than(before, from);
             record.recovered_after_frames = recovered.map(|frame| frame - record.frame);
         }
     }
 
-    /// From which frame on nothing is believed that the fault has made false: `None` when it made nothing
-    /// false that was believed, `Some(None)` when that never came.
-    fn noticed(&self, before: u64, record: &FaultRecord) -> Option<Option<u64>> {
+    /// From which frame on nothing is believed that the fault has made false.
+    fn noticed(&self, before: u64, record: &FaultRecord) -> Noticed {
+        self.unnoticed(before, record).unwrap_or(Noticed::Nothing)
+    }
+
+    /// The same; `None` when it made nothing false that was believed.
+    fn unnoticed(&self, before: u64, record: &FaultRecord) -> Option<Noticed> {
         let objects: BTreeSet<Name> = record.objects.iter().map(Name::new).collect();
         let is_at_rest = |truth: &GroundTruth| objects.is_disjoint(&truth.unsettled);
         let then = self.history.moments.iter();
@@ -122,7 +135,7 @@ impl Audit<'_> {
         let old = self.words.facts(&self.history.at(before)?.truth);
         let new = self.words.facts(&after.truth);
         let changed: Vec<&Atom> =
-            old.known.symmetric_difference(&new.known).filter(|a| self.is_told(a, after)).collect();
+            old.known.symmetric_difference(&new.known).filter(|a| is_told(a, after)).collect();
         let is_right = |page: &Page| {
             let truth = self.history.at(page.frame).map(|m| self.words.facts(&m.truth));
             truth.is_some_and(|truth| changed.iter().all(|atom| !contradicts(page, &truth, atom)))
@@ -132,14 +145,8 @@ impl Audit<'_> {
             return None;
         }
         let later = self.diary.pages().iter().filter(|p| p.frame > after.frame_sequence);
-        Some(later.clone().find(|page| is_right(page)).map(|page| page.frame))
-    }
-
-    /// Whether the truth says of an atom whether it holds.
-    fn is_told(&self, atom: &Atom, TrueMoment { truth, .. }: &TrueMoment) -> bool {
-        let mut alike = truth.look_alikes.iter().flatten();
-        !alike.any(|name| atom.args.contains(name))
-            && atom.args.iter().all(|arg| !truth.unsettled.contains(arg))
+        let noticed = later.clone().find(|page| is_right(page));
+        Some(noticed.map_or(Noticed::Never, |page| Noticed::At(page.frame)))
     }
 
     /// The first frame from `from` on with fewer steps left than in the frame `before`.
@@ -153,6 +160,19 @@ impl Audit<'_> {
         let pages = self.diary.pages().iter();
         pages.filter(|page| page.frame > from).find(|page| is_further(page)).map(|page| page.frame)
     }
+}
+
+/// Whether all that a step concerns is in sight. An object that was taken out of the world is: its place
+/// shows that it is not there.
+fn is_in_sight(TrueMoment { truth, seen, .. }: &TrueMoment, step: &Step) -> bool {
+    concerned(truth, step).is_subset(seen)
+}
+
+/// Whether the truth says of an atom whether it holds.
+fn is_told(atom: &Atom, TrueMoment { truth, .. }: &TrueMoment) -> bool {
+    let mut alike = truth.look_alikes.iter().flatten();
+    !alike.any(|name| atom.args.contains(name))
+        && atom.args.iter().all(|arg| !truth.unsettled.contains(arg))
 }
 
 /// The objects of a step that are there, and those of which true facts say something together with them.

@@ -25,7 +25,7 @@ fn moment(frame: u64, on: &[[&str; 2]], seen: &[&str], leaning: &[&str]) -> True
 
 const ALL: [&str; 3] = ["red", "blue", "green"];
 
-/// Judges (pick_up red arm), started in answer to frame 20, at ten frames a second and 0.2 s to confirm.
+/// Judges `(pick_up red arm)`, started in answer to frame 20, at ten frames a second and 0.2 s to confirm.
 fn judged(moments: Vec<TrueMoment>) -> DispatchAudit {
     let folder =
         DomainFolder::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("domains/blocksworld"));
