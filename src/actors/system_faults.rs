@@ -11,7 +11,7 @@ use crate::metrics::FaultRecord;
 use crate::transport::convert::{command_to_wire, device_header};
 use crate::transport::topics::ROBOT_COMMAND;
 use crate::transport::wire::{CommandRecord, DeviceHeader};
-use crate::transport::{Bus, Delivery, Disturbance, Outgoing, Publisher, TransportError};
+use crate::transport::{Bus, Delivery, Outgoing, Publisher, SendHook, TransportError};
 
 /// What an actor has to do about a message besides what it always does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,7 +162,7 @@ impl SystemFaults {
     }
 }
 
-impl Disturbance for SystemFaults {
+impl SendHook for SystemFaults {
     fn delivery(&self, message: Outgoing) -> Delivery {
         let Outgoing { topic, sequence, capture_ns } = message;
         let occasion = Occasion::Sent(topic.to_owned());

@@ -8,7 +8,7 @@ use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{NodeName, SignalHandlingMode};
 
 use super::TransportError;
-use super::outbox::Disturbance;
+use super::outbox::SendHook;
 use super::ports::{Depth, Publisher, Subscriber};
 use super::reason::reason;
 use super::services::{Record, Service};
@@ -48,7 +48,7 @@ pub struct Bus {
     /// the same moment, iceoryx2 0.10 panics ("already registered").
     opening: Arc<Mutex<()>>,
     run: Arc<str>,
-    disturbance: Option<Arc<dyn Disturbance>>,
+    disturbance: Option<Arc<dyn SendHook>>,
 }
 
 impl Bus {
@@ -81,7 +81,7 @@ impl Bus {
 
     /// The same bus for writers whose messages are lost, doubled or late, as `disturbance` says.
     #[must_use]
-    pub fn disturbed(&self, disturbance: Arc<dyn Disturbance>) -> Self {
+    pub fn disturbed(&self, disturbance: Arc<dyn SendHook>) -> Self {
         Self { disturbance: Some(disturbance), ..self.clone() }
     }
 

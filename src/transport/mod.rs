@@ -14,7 +14,7 @@ use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
 pub use join::{EventReader, join};
-pub use outbox::{Delivery, Disturbance, Outgoing};
+pub use outbox::{Delivery, Outgoing, SendHook};
 pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
 pub use services::Record;

@@ -32,7 +32,7 @@ pub struct Outgoing {
 }
 
 /// Says what becomes of each message.
-pub trait Disturbance: std::fmt::Debug + Send + Sync {
+pub trait SendHook: std::fmt::Debug + Send + Sync {
     /// What becomes of this one.
     fn delivery(&self, message: Outgoing) -> Delivery;
 }
@@ -40,7 +40,7 @@ pub trait Disturbance: std::fmt::Debug + Send + Sync {
 /// What a writer holds back.
 #[derive(Debug)]
 pub(super) struct Outbox<H, R> {
-    disturbance: Arc<dyn Disturbance>,
+    disturbance: Arc<dyn SendHook>,
     held: Mutex<Vec<Held<H, R>>>,
 }
 
@@ -53,7 +53,7 @@ struct Held<H, R> {
 }
 
 impl<H: WireHeader, R: Record> Outbox<H, R> {
-    pub(super) fn new(disturbance: Arc<dyn Disturbance>) -> Self {
+    pub(super) fn new(disturbance: Arc<dyn SendHook>) -> Self {
         Self { disturbance, held: Mutex::default() }
     }
 

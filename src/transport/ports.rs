@@ -24,7 +24,7 @@ use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
 
 use super::TransportError;
-use super::outbox::{Disturbance, Outbox};
+use super::outbox::{Outbox, SendHook};
 use super::reason::reason;
 use super::services::{Record, Service, events, late_joiners, samples};
 use super::topics::Topic;
@@ -128,7 +128,7 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
         node: &Node<Service>,
         service: &str,
         topic: &Topic,
-        disturbance: Option<Arc<dyn Disturbance>>,
+        disturbance: Option<Arc<dyn SendHook>>,
     ) -> Result<Self, TransportError> {
         let fault = |e: &dyn std::fmt::Display| TransportError::open(topic.name, e);
         let publisher = samples::<H, R>(node, service, topic)?

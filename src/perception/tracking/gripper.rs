@@ -21,6 +21,14 @@ pub(super) struct Taking<'a> {
     pub(super) reach_m: f64,
 }
 
+/// The object in the gripper.
+pub(super) fn held(gripper: &GripperContent) -> Option<&Name> {
+    match gripper {
+        GripperContent::Holds(name) => Some(name),
+        GripperContent::Empty | GripperContent::HoldsSomething => None,
+    }
+}
+
 /// Follows the gripper from one robot state to the next.
 pub(super) fn follow(
     gripper: &GripperContent,

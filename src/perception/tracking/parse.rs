@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::belief::{Belief, Latched, Reading};
+use super::gripper::held;
 use super::occlusion::{is_covered, self_filter_in_image};
 use super::streak::Pace;
 use super::tracker::{Renamed, Track, Tracker};
@@ -489,14 +490,6 @@ impl SceneParser {
 struct OwnFacts {
     raw: Facts,
     confirmed: Facts,
-}
-
-/// The object in the gripper.
-fn held(gripper: &GripperContent) -> Option<&Name> {
-    match gripper {
-        GripperContent::Holds(name) => Some(name),
-        GripperContent::Empty | GripperContent::HoldsSomething => None,
-    }
 }
 
 fn typed(object: &SceneObject) -> Typed {
