@@ -12,14 +12,14 @@ use common::TestRun;
 use groundloop::transport::topics::{GOAL, RELIABLE_DEPTH, ROBOT_COMMAND, SCENE};
 use groundloop::transport::wire::{CommandRecord, DeviceHeader, SCHEMA, SceneRecord, TaskHeader};
 use groundloop::transport::{
-    Bus, Delivery, Depth, Disturbance, Drops, Outgoing, Publisher, Subscriber,
+    Bus, Delivery, Depth, Drops, Outgoing, Publisher, SendHook, Subscriber,
 };
 
 /// Loses the second message, sends the third twice, and the fourth behind the sixth.
 #[derive(Debug)]
 struct Clumsy;
 
-impl Disturbance for Clumsy {
+impl SendHook for Clumsy {
     fn delivery(&self, message: Outgoing) -> Delivery {
         assert_eq!(message.topic, "robot/command");
         match message.sequence {
