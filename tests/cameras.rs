@@ -166,8 +166,9 @@ fn movable(sets: &[&str]) -> TestRun {
     let run = TestRun::new();
     let report = run.run(small("blocksworld_movable_camera.toml", sets)).unwrap().report;
     let told = run.told();
-    assert_eq!(report.verdict, "reached", "{told}");
-    assert_eq!(report.goal_in_simulator, Some(sets != [NO_VIEWS]), "{told}");
+    let can_look = sets != [NO_VIEWS];
+    assert_eq!(report.verdict, if can_look { "reached" } else { "gave-up" }, "{told}");
+    assert_eq!(report.goal_in_simulator, Some(can_look), "{told}");
     run
 }
 
@@ -181,7 +182,8 @@ fn a_doubt_that_matters_moves_the_camera() {
     assert!(told.contains("look from view 1: nothing under red_block"), "{told}");
     assert!(told.contains("unstack"), "{told}");
     let told = movable(&[NO_VIEWS]).told();
-    assert!(told.contains("accepted after repeated looks: nothing under red_block"), "{told}");
+    let why = "the goal seems to hold, but there is nothing under red_block";
+    assert!(told.contains(why), "{told}");
 }
 
 /// Objects of the goal that nobody has seen are looked for from the view poses, too.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use common::{TestRun, project, small};
+use common::{SMALL_CAMERA, TestRun, project, small};
 use groundloop::metrics::EpisodeReport;
 use groundloop::run::{load_run, run_schema};
 use tempfile::TempDir;
@@ -306,12 +306,17 @@ fn an_open_loop_does_not_notice() {
     assert_eq!(end(&[missed]), ("reached", Some(true)));
 }
 
-/// A block that seems to hang is taken to lie on the table where the camera may not move: the goal seems to
-/// be reached, and is not.
+/// The camera goes on showing a tower that has fallen.
 #[test]
 fn a_false_reached_is_a_failure_of_its_own() {
-    let args = ["run", "blocksworld_movable_camera", "--set", "robot.motion.view_poses=[]"];
-    let output = cargo_bin_cmd!("groundloop").args(args).output().unwrap();
+    let goal = "goal.text=(exists (?x ?y - block) (on ?x ?y))";
+    let frozen = "{ frame = \"main\", action = { kind = \"freeze\", for_s = 60.0 } }";
+    let topple = "{ at_s = 0.15, action = { kind = \"topple\", object = \"any\" } }";
+    let faults = format!("fault=[{frozen}, {topple}]");
+    let sets = ["sim.scene=scenes/three_blocks.toml", "goal.kind=logical", goal, &faults];
+    let sets = SMALL_CAMERA.iter().chain(&sets).flat_map(|set| ["--set", set]);
+    let mut call = cargo_bin_cmd!("groundloop");
+    let output = call.args(["run", "blocksworld"]).args(sets).output().unwrap();
     let said = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(6), "{said}");
     assert!(said.contains("FALSE: the goal does not hold in the simulator"), "{said}");
