@@ -232,7 +232,7 @@ mod tests {
             ),
             (
                 "sent = 'plan'\nat_s = 1\naction = { kind = 'lose' }",
-                "fault[0]: expected one of at_s, during, after, holding, message and sent, got at_s and sent",
+                "fault[0]: expected one of at_s, during, after, holding, frame, message and sent, got at_s and sent",
             ),
         ] {
             let said = said(fault);
