@@ -27,12 +27,13 @@ fn eval(args: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stdout).unwrap())
 }
 
-/// At rate 0 both loops reach the goal; at 1 a grasp is missed in each step, and the open loop knows nothing of it.
+/// At rate 0 both loops reach the goal; at 1 the last block is dropped, and the open loop knows nothing of it.
 #[test]
 fn both_loops_are_measured_at_each_rate_on_the_same_seeds() {
     let folder = tempfile::TempDir::new().unwrap();
-    let run = folder.path().join("missing.toml");
-    let fault = "[[fault]]\nduring = 'any'\nnth = 1\naction = { kind = 'miss_grasp' }\n";
+    let run = folder.path().join("dropped.toml");
+    let during = "during = '(stack red_block blue_block arm)'\nafter_s = 0.3";
+    let fault = format!("[[fault]]\n{during}\naction = {{ kind = 'drop' }}\n");
     fs::write(&run, format!("extends = 'blocksworld'\n{fault}")).unwrap();
     let run = run.to_str().unwrap();
     let args = [run, "--rates", "0,1", "--episodes", "2", "--seed", "3", "--json"];

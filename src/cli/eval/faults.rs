@@ -107,7 +107,7 @@ fn points(args: &Args) -> Result<Vec<FaultsPoint>, Failure> {
     for path in &configs {
         for mode in [ExecutiveMode::ClosedLoop, ExecutiveMode::OpenLoop] {
             for rate in &args.rates {
-                let sets = [args.sets.clone(), vec![format!("fault_rate={rate:?}")]].concat();
+                let sets = [args.sets.clone(), vec![format!("fault_rate={rate}")]].concat();
                 let mut config = load_run(path, &sets)?;
                 config.executive = mode;
                 let name = config.origin.stem().to_owned();
