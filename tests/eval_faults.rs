@@ -32,7 +32,7 @@ fn eval(args: &[&str]) -> (Option<i32>, String) {
 fn both_loops_are_measured_at_each_rate_on_the_same_seeds() {
     let folder = tempfile::TempDir::new().unwrap();
     let run = folder.path().join("dropped.toml");
-    let during = "during = '(stack red_block blue_block arm)'\nafter_s = 0.3";
+    let during = "during = '(stack red_block blue_block arm)'";
     let fault = format!("[[fault]]\n{during}\naction = {{ kind = 'drop' }}\n");
     fs::write(&run, format!("extends = 'blocksworld'\n{fault}")).unwrap();
     let run = run.to_str().unwrap();
