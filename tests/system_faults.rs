@@ -142,7 +142,7 @@ fn what_is_never_heard_ends_the_episode_by_name() {
     let never = report(&lose("robot/command", "every = true"));
     assert!(never.reason.starts_with("limits.failures_max"), "{}", never.reason);
     let never = report(&lose("dispatch", "every = true"));
-    assert!(never.reason.starts_with("limits.observations_max"), "{}", never.reason);
+    assert!(never.reason.starts_with("limits.observing_s_max"), "{}", never.reason);
     for (topic, set, expected) in [
         ("camera/main/rgb", "camera.wait_s=1.0", "a frame on camera/main/rgb"),
         ("robot/state", "robot.wait_s=1.0", "no state on robot/state"),
