@@ -40,6 +40,7 @@ fn decisions_are_as_pinned() {
         let mut config = load_run(&project("configs").join(&name), &[]).unwrap();
         config.seed = seed;
         let report = episode(config).report;
+        assert_eq!(report.n_against_evidence(), 0, "{name}, seed {seed}: {:?}", report.dispatches);
         let got = [report.verdict.to_owned(), report.cycles.to_string(), report.decision_hash];
         assert_eq!(got, [verdict, cycles, hash], "{name}, seed {seed}");
         assert_eq!(report.goal_in_simulator.unwrap().to_string(), holds, "{name}, seed {seed}");
