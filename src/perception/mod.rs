@@ -10,6 +10,7 @@ mod image_region;
 mod edge_depth;
 mod usual_size;
 mod lifting;
+mod stacked;
 mod silhouette;
 mod naming;
 mod phrases;

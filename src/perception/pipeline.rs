@@ -1,9 +1,9 @@
 //! The one way from an image to facts.
 //!
 //! ```text
-//!  detector ─► place ─────────────────► name ─► judge ───────► complete ─► facts
-//!              box in the world,                the grounder   robot's own facts,
-//!              phrase of the goal                              completion rules
+//!  detector ─► measure ──────► place ────────────► name ─► judge ───────► complete ─► facts
+//!              box in the      phrase of the goal          the grounder   robot's own facts,
+//!              world, stacks                                              completion rules
 //! ```
 //!
 //! A still image goes straight through ([`super::still`]). The loop takes the same stages with its
@@ -14,6 +14,7 @@
 use super::completion::{facts_of, merged};
 use super::grounders::{Grounder, GrounderError, Grounding};
 use super::model::Perception;
+use super::stacked::part_stacks;
 use super::{
     Detection, Detections, FrameView, GripperContent, MergeRule, Merged, Observation, complete,
     doubt_completed, doubts, merge, missing_fixtures, proprioception, volume_of, weaken,
@@ -65,16 +66,22 @@ pub struct State {
 }
 
 impl Pipeline<'_> {
-    /// Gives detections their boxes in the world, where the frame has depth, and the phrases of the
-    /// goal that single them out. `names` says what each detection is called so far.
-    pub fn place(
-        &self,
-        frame: &FrameView<'_>,
-        detections: &mut Detections,
-        names: &[Name],
-    ) -> Merged {
+    /// Gives detections their boxes in the world, where the frame has depth and the camera's pose, and
+    /// parts those that are as high as several objects of their type.
+    pub fn measure(&self, frame: &FrameView<'_>, detections: &mut Vec<Detection>) {
+        lift_detections(self.perception, frame, detections);
+        let Some(camera) = frame.camera else { return };
+        let n_before = detections.len();
+        part_stacks(camera, detections);
+        if detections.len() > n_before {
+            lift_detections(self.perception, frame, detections);
+        }
+    }
+
+    /// Gives detections the phrases of the goal that single them out. `names` says what each is called
+    /// so far.
+    pub fn place(&self, detections: &mut Detections, names: &[Name]) -> Merged {
         let Detections { objects, phrases, .. } = detections;
-        lift_detections(self.perception, frame, objects);
         let merged = merge(names, objects, phrases, MergeRule::Fitting);
         for placed in &merged.placed {
             objects[placed.detection_idx].phrase = Some(placed.name.clone());

@@ -42,8 +42,7 @@ pub fn detect_objects(
 ) -> Result<NamedObjects, DetectorError> {
     let mut detections = detector.detect(image, phrases)?;
     let own_names = name_detections(pipeline.perception, &detections.objects);
-    let frame = FrameView { image: Some(*image), ..FrameView::default() };
-    let merged = pipeline.place(&frame, &mut detections, &own_names);
+    let merged = pipeline.place(&mut detections, &own_names);
     let mut unplaced = merged.unplaced;
     let is_answered = |asked: &&String| {
         detections.phrases.iter().any(|p| p.phrase == **asked)

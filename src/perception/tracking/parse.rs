@@ -257,10 +257,12 @@ impl SceneParser {
         if is_busy || frame.camera.is_some() {
             detections.take_back_outside();
         }
+        let pipeline = config.pipeline();
+        pipeline.measure(&frame, &mut detections.objects);
         let occluders = self.occluders(config, context, (&frame, &detections.objects));
         // Names come from the tracks: until then, objects are called by their types.
         let types: Vec<Name> = detections.objects.iter().map(|d| d.type_name.clone()).collect();
-        let merged = config.pipeline().place(&frame, &mut detections, &types);
+        let merged = pipeline.place(&mut detections, &types);
         for reason in &merged.unplaced {
             tracing::debug!(camera, reason, "a phrase of the goal names nothing");
         }
