@@ -97,7 +97,8 @@ mod tests {
             centre: Point3::new(0.0, width_m / 2.0, height_m / 2.0),
             extent: [width_m, width_m, height_m],
         };
-        let measured = BoxEstimate { volume, cut: Default::default(), heading: Heading([0.0, 1.0]) };
+        let measured =
+            BoxEstimate { volume, cut: Default::default(), heading: Heading([0.0, 1.0]) };
         Detection {
             pixel_box: bounds(&mask).unwrap(),
             mask,
