@@ -35,6 +35,7 @@ pub mod scene;
 pub mod messages;
 pub mod planning;
 pub mod picture;
+pub mod plots;
 
 // The one clock, and the one way to services on the network.
 pub mod clock;
@@ -57,6 +58,7 @@ pub mod actors;
 pub mod run;
 pub mod facade;
 pub mod eval;
+pub mod sweep;
 pub mod stress;
 pub mod cli;
 

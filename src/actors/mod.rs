@@ -25,7 +25,7 @@ use crate::transport::convert::WireError;
 pub use checkpoint::Checkpoint;
 pub use lifecycle::{DataLoop, Serve};
 pub use monitor::Monitor;
-pub use snapshot::SnapshotRequest;
+pub use snapshot::{SnapshotMoment, SnapshotRequest};
 pub use supervisor::{ActorSpec, HealthReport, Supervision, SupervisorConfig, supervise};
 pub use system_faults::{Handling, SystemFaults};
 

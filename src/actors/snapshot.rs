@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use image::RgbImage;
+use tokio::sync::Mutex;
 
 use super::ActorError;
 use crate::logic::{Bindings, Facts, Universe, evaluate};
@@ -26,8 +27,32 @@ use crate::transport::{Bus, Depth, Subscriber};
 pub struct SnapshotRequest {
     /// The PNG file.
     pub path: PathBuf,
-    /// The first cycle that it may show; it shows the first settled one with a plan from there on.
+    /// The first cycle that it may show.
     pub from_cycle: u64,
+    /// Which cycle from there on it shows.
+    pub moment: SnapshotMoment,
+}
+
+/// Which cycle a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SnapshotMoment {
+    /// The first settled one with a plan.
+    Planned,
+    /// The first one, whatever is known.
+    First,
+}
+
+impl SnapshotRequest {
+    /// Whether it shows this cycle.
+    fn wants(&self, scene: &Scene, plan: &PlanMessage) -> bool {
+        let has_plan =
+            matches!(&plan.verdict, PlanVerdict::Plan { steps, .. } if !steps.is_empty());
+        plan.cause.cycle >= self.from_cycle
+            && match self.moment {
+                SnapshotMoment::Planned => scene.unsettled == 0 && has_plan,
+                SnapshotMoment::First => true,
+            }
+    }
 }
 
 /// What the actor is started with.
@@ -43,9 +68,11 @@ pub struct SnapshotArgs {
     pub instruction: String,
     /// What is wanted.
     pub request: SnapshotRequest,
+    /// Held while the picture is drawn and written: who has stopped the actor waits for it.
+    pub drawing: Arc<Mutex<()>>,
 }
 
-/// Draws the first settled cycle with a plan, from the one asked for on.
+/// Draws the cycle that is asked for.
 ///
 /// # Errors
 /// [`ActorError`] when the bus fails or the picture cannot be written.
@@ -79,12 +106,12 @@ pub async fn serve(args: Arc<SnapshotArgs>) -> Result<(), ActorError> {
             let plan = plan_from_wire(message.header(), message.records(), &args.context);
             let (Ok(plan), Some(goal)) = (plan, &goal) else { continue };
             let (cycle, sequence) = (plan.cause.cycle, plan.cause.frame_sequence);
-            let scene = known.iter().find(|s| s.cause.cycle == cycle && s.unsettled == 0);
+            let scene = known.iter().find(|s| s.cause.cycle == cycle);
             let picture = pictures.iter().find(|(s, _)| *s == sequence);
             if let (Some(scene), Some((_, picture))) = (scene, picture)
-                && cycle >= args.request.from_cycle
-                && matches!(&plan.verdict, PlanVerdict::Plan { steps, .. } if !steps.is_empty())
+                && args.request.wants(scene, &plan)
             {
+                let _drawing = args.drawing.lock().await;
                 return write(&args, picture, scene, &plan, goal);
             }
         }

@@ -18,6 +18,7 @@ mod run;
 mod schema;
 mod services;
 mod stress;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;
@@ -91,6 +92,9 @@ enum Verb {
     Eval(eval::Args),
     /// Measure what replanning costs.
     Stress(stress::Args),
+    /// Run many episodes over chosen factors, on one machine or a cluster.
+    #[command(subcommand)]
+    Sweep(sweep::Verb),
     /// Print the JSON Schema of what a verb writes with `--json`.
     Schema(schema::Args),
 }
@@ -112,6 +116,7 @@ pub fn main() -> ExitCode {
         Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),
+        Verb::Sweep(verb) => sweep::run(&verb),
         Verb::Schema(args) => schema::run(&args),
     };
     match done {

@@ -14,7 +14,7 @@ use super::reports::RunReport;
 use super::services::ServiceArgs;
 use super::table::{self, right};
 use super::{Failure, exit, out};
-use crate::actors::SnapshotRequest;
+use crate::actors::{SnapshotMoment, SnapshotRequest};
 use crate::messages::{Control, EventMessage, Stop, Verdict};
 use crate::metrics::{EpisodeReport, FaultRecord, Quantiles, UntrueDispatch};
 use crate::run::{
@@ -140,8 +140,11 @@ async fn watched(
     let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
     let mut events = EventReader::open(&bus)?;
     let mut teller = Teller::new(args, prepared);
-    let snapshot = args.snapshot.clone();
-    let snapshot = snapshot.map(|path| SnapshotRequest { path, from_cycle: args.snapshot_from });
+    let snapshot = args.snapshot.clone().map(|path| SnapshotRequest {
+        path,
+        from_cycle: args.snapshot_from,
+        moment: SnapshotMoment::Planned,
+    });
     let episode = run_episode(prepared, EpisodeOptions { bus, snapshot });
     tokio::pin!(episode);
     let mut is_stopped = false;

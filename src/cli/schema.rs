@@ -11,7 +11,6 @@ use super::reports::{
     RunReport, ValidationReport,
 };
 use super::{Failure, out};
-use crate::eval::faults::FaultsReport;
 use crate::eval::prodgv::EvaluationReport;
 use crate::eval::robustness::RobustnessReport;
 use crate::stress::StressReport;
@@ -29,7 +28,6 @@ type Make = fn() -> Schema;
 /// The schemas of all verbs that have `--json`, in alphabetical order.
 const SCHEMAS: &[(&str, Make)] = &[
     ("config-show", schema::<ConfigReport>),
-    ("eval-faults", schema::<FaultsReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
     ("eval-robustness", schema::<RobustnessReport>),
     #[cfg(feature = "sim")]
@@ -41,6 +39,7 @@ const SCHEMAS: &[(&str, Make)] = &[
     ("plan", schema::<PlanReport>),
     ("run", schema::<RunReport<'_>>),
     ("stress", schema::<StressReport>),
+    ("sweep-report", schema::<crate::sweep::SweepReport>),
     ("validate", schema::<ValidationReport>),
 ];
 

@@ -1,7 +1,6 @@
 //! Measurements on data sets: the paper's evaluation, and rendered scenes.
 
 mod interval;
-pub mod faults;
 pub mod prodgv;
 pub mod robustness;
 #[cfg(feature = "sim")]

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use shipped::{embedded, embedded_below};
-pub use shipped::{shipped_domains, shipped_names};
+pub use shipped::{shipped_domains, shipped_names, shipped_sweeps};
 
 /// A file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

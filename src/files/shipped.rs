@@ -40,7 +40,16 @@ pub fn shipped_domains() -> Vec<String> {
 
 /// Names of the shipped run files, in order.
 pub fn shipped_names() -> Vec<String> {
-    let mut names: Vec<String> = embedded_below("configs");
+    names_in("configs")
+}
+
+/// Names of the shipped sweeps, in order.
+pub fn shipped_sweeps() -> Vec<String> {
+    names_in("configs/sweeps")
+}
+
+fn names_in(folder: &str) -> Vec<String> {
+    let mut names: Vec<String> = embedded_below(folder);
     names.retain(|name| !name.starts_with("defaults"));
     let stem = |name: &String| name.strip_suffix(".toml").map(str::to_owned);
     let mut names: Vec<String> = names.iter().filter_map(stem).collect();

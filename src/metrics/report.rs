@@ -103,6 +103,14 @@ pub struct DispatchAudit {
     pub n_against_evidence: u64,
 }
 
+impl DispatchAudit {
+    /// Judges an open loop: it has looked once, before its first step, so nothing was evidence to it.
+    pub fn without_evidence(&mut self) {
+        self.against_truth.iter_mut().for_each(|step| step.is_against_evidence = false);
+        self.n_against_evidence = 0;
+    }
+}
+
 /// A step that was started though its precondition did not really hold.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct UntrueDispatch {

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use tokio::sync::Mutex;
+
 use super::DomainFolder;
 use super::audit::{Audit, every_object};
 use super::diary::Diary;
@@ -13,6 +15,7 @@ use crate::actors::{
     ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, SystemFaults, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
+use crate::executive::ExecutiveMode;
 use crate::hardware::TrueHistory;
 use crate::logic::Bindings;
 use crate::messages::{ActorHealth, GoalMessage, RunDescriptor};
@@ -68,6 +71,7 @@ pub async fn run_episode(
     let bus = bus.disturbed(Arc::new(faults.clone()));
     let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
     let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
+    let drawing = Arc::new(Mutex::new(()));
     actors.extend(options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
             bus: bus.clone(),
@@ -75,6 +79,7 @@ pub async fn run_episode(
             perception: folder.perception.clone(),
             instruction: prepared.config.goal.text.clone(),
             request,
+            drawing: Arc::clone(&drawing),
         };
         let args = Arc::new(args);
         ActorSpec::new("snapshot", move || snapshot::serve(Arc::clone(&args)))
@@ -89,6 +94,7 @@ pub async fn run_episode(
         }
     };
     supervision.stop().await;
+    drop(drawing.lock().await);
     ended?;
     let Observed { result, goal, diary, health } = observer.finish()?.ok_or_else(gone)?;
     let seconds = |ns: u64| ns as f64 / 1e9;
@@ -122,7 +128,11 @@ fn judge(
     let words = Words { objects, ..words };
     let confirm_s = prepared.config.perception.belief.confirm_s;
     let audit = Audit { words, history, diary, confirm_s, rate_hz: prepared.config.camera.rate_hz };
-    report.dispatches = Some(audit.dispatches());
+    let mut dispatches = audit.dispatches();
+    if prepared.config.executive == ExecutiveMode::OpenLoop {
+        dispatches.without_evidence();
+    }
+    report.dispatches = Some(dispatches);
     audit.follow(&mut report.faults);
 }
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::ConfigError;
-use crate::files::{FileRef, Folder, shipped_domains, shipped_names};
+use crate::files::{FileRef, Folder, shipped_domains, shipped_names, shipped_sweeps};
 use crate::mismatch::Mismatch;
 use crate::settings::{did_you_mean, near_hint};
 
@@ -14,20 +14,39 @@ use crate::settings::{did_you_mean, near_hint};
 /// # Errors
 /// A sentence that says what there is.
 pub(super) fn find_run_file(name: &str, beside: Option<&Folder>) -> Result<FileRef, String> {
+    find(name, beside, ("configs", &shipped_names()))
+}
+
+/// Finds a sweep file as it is given on the command line: by its path, or by the name of a shipped one.
+///
+/// # Errors
+/// A sentence that says what there is.
+pub(crate) fn find_sweep(path: &Path) -> Result<FileRef, String> {
+    match path.to_str() {
+        Some(name) => find(name, None, ("configs/sweeps", &shipped_sweeps())),
+        None => on_disk(path),
+    }
+}
+
+/// Finds a file by its path, or by its name in a shipped folder.
+fn find(
+    name: &str,
+    beside: Option<&Folder>,
+    (folder, names): (&str, &[String]),
+) -> Result<FileRef, String> {
     let here = Folder::Disk("".into());
-    let shipped = Folder::Embedded("configs".to_owned());
+    let shipped = Folder::Embedded(folder.to_owned());
     let with_ending = format!("{name}.toml");
     let places = beside.into_iter().chain([&here]);
     let mut candidates: Vec<FileRef> =
         places.flat_map(|folder| [folder.file(name), folder.file(&with_ending)]).collect();
-    candidates.push(here.below("configs").file(&with_ending));
+    candidates.push(here.below(folder).file(&with_ending));
     candidates.push(shipped.file(&with_ending));
-    let below_configs = name.strip_prefix("configs/").unwrap_or(name);
-    candidates.push(shipped.file(below_configs));
+    let below = name.strip_prefix(folder).and_then(|name| name.strip_prefix('/'));
+    candidates.push(shipped.file(below.unwrap_or(name)));
     if let Some(found) = candidates.into_iter().find(FileRef::exists) {
         return Ok(found.normal());
     }
-    let names = shipped_names();
     let known = names.iter().map(String::as_str);
     Err(match did_you_mean(name.trim_end_matches(".toml"), known) {
         Some(near) => format!("no such file; did you mean the shipped \"{near}\"?"),
@@ -82,7 +101,11 @@ pub(super) fn no_domain(key: &str, name: &str) -> ConfigError {
 pub(super) fn find_given(path: &Path) -> Result<FileRef, String> {
     match path.to_str() {
         Some(name) => find_run_file(name, None),
-        None if path.is_file() => Ok(FileRef::disk(path)),
-        None => Err("no such file".to_owned()),
+        None => on_disk(path),
     }
+}
+
+/// A file whose path is no text.
+fn on_disk(path: &Path) -> Result<FileRef, String> {
+    if path.is_file() { Ok(FileRef::disk(path)) } else { Err("no such file".to_owned()) }
 }

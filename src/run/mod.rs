@@ -31,7 +31,7 @@ pub use episode::{Episode, EpisodeOptions, run_episode};
 pub use error::{ConfigError, RunError};
 pub use exemplars::{ExemplarFiles, read_image};
 pub(crate) use exemplars::{environment, in_data, view_of};
-pub(crate) use find::given_domain;
+pub(crate) use find::{find_sweep, given_domain};
 pub use hardware::HardwarePorts;
 pub use load::{Layered, load_run, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};

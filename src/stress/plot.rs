@@ -2,22 +2,19 @@
 //! logarithmic.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io;
 use std::ops::Range;
 
-use plotters::coord::Shift;
 use plotters::coord::combinators::{BindKeyPoints as _, IntoLogRange as _};
 use plotters::prelude::{
-    BLACK, ChartBuilder, Circle, Color as _, DrawingArea, DrawingAreaErrorKind,
-    IntoDrawingArea as _, IntoFont as _, LineSeries, PathElement, RGBColor, SVGBackend, Text,
-    TextStyle, WHITE,
+    BLACK, ChartBuilder, Circle, Color as _, IntoDrawingArea as _, LineSeries, PathElement,
+    RGBColor, SVGBackend, Text, WHITE,
 };
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::StressError;
 use super::logs::Logs;
 use super::measure::{Timing, TimingQuantiles};
 use super::report::StressReport;
+use crate::plots::{Area, Drawn, GRID, INK, ink, left};
 
 /// Rungs with their colours, in the order of the legend; what is not among them is grey.
 const RUNGS: &[(&str, RGBColor)] = &[
@@ -36,11 +33,6 @@ const RUNGS: &[(&str, RGBColor)] = &[
 ];
 /// The colour of anything else.
 const OTHER: RGBColor = RGBColor(0x8c, 0x8c, 0x8c);
-/// Text and axes.
-const INK: RGBColor = RGBColor(0x33, 0x33, 0x33);
-/// Lines across a panel.
-const GRID: RGBColor = RGBColor(0xe3, 0xe3, 0xe3);
-
 /// Width and height of one panel with its axes, in pixels.
 const PANEL: (u32, u32) = (480, 360);
 /// Panels side by side.
@@ -62,9 +54,6 @@ struct Point {
 
 /// Curves by name, of one case.
 type Curves = BTreeMap<String, Vec<Point>>;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn<T> = Result<T, DrawingAreaErrorKind<io::Error>>;
 
 /// Draws a report as SVG.
 ///
@@ -201,14 +190,10 @@ fn draw_legend(area: &Area<'_>, cases: &BTreeMap<String, Curves>) -> Drawn<()> {
         let (colour, y) = (colour(name), 44 + 22 * row);
         area.draw(&PathElement::new([(4, y), (30, y)], colour.stroke_width(2)))?;
         area.draw(&Circle::new((17, y), 3, colour.filled()))?;
-        let style = ink(16).pos(Pos::new(HPos::Left, VPos::Center));
+        let style = left(16);
         area.draw(&Text::new(name.to_owned(), (38, y), style))?;
     }
     Ok(())
-}
-
-fn ink(size: u32) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&INK)
 }
 
 fn colour(name: &str) -> RGBColor {

@@ -1,6 +1,5 @@
 //! `groundloop eval`: measurements on data sets, one file each.
 
-mod faults;
 mod prodgv;
 mod prodgv_tables;
 mod robustness;
@@ -18,8 +17,6 @@ pub(super) struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Measure task success over the rate of faults, with the loop open and closed.
-    Faults(faults::Args),
     /// Measure grounding and planning on the paper's data set, a whole or partial checkout of it.
     ProdgV(prodgv::Args),
     /// Measure grounding from pixels in other light, at other angles, with things in the way.
@@ -31,7 +28,6 @@ enum What {
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     match &args.what {
-        What::Faults(args) => faults::run(args),
         What::ProdgV(args) => prodgv::run(args),
         What::Robustness(args) => robustness::run(args),
         What::SimGrounding(args) => sim_grounding::run(args),

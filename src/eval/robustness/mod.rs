@@ -14,7 +14,7 @@ mod transform;
 mod verdict;
 
 pub use photographs::on_photographs;
-pub use plot::{RobustnessPlotError, plot};
+pub use plot::plot;
 #[cfg(feature = "sim")]
 pub use rendered::on_rendered_scenes;
 pub use report::{RobustnessFault, RobustnessReport, RobustnessRow};

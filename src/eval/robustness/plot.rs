@@ -1,17 +1,14 @@
 //! What disturbed pictures are worth as a picture: one panel for each set of pictures, one stacked bar
 //! for each disturbance.
 
-use std::io;
-
-use plotters::coord::Shift;
 use plotters::prelude::{
-    Color as _, DrawingArea, DrawingAreaErrorKind, IntoDrawingArea as _, IntoFont as _,
-    PathElement, RGBColor, Rectangle, SVGBackend, Text, TextStyle, WHITE,
+    Color as _, IntoDrawingArea as _, IntoFont as _, PathElement, RGBColor, Rectangle, SVGBackend,
+    Text, WHITE,
 };
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use thiserror::Error;
+use plotters::style::text_anchor::HPos;
 
 use super::report::{RobustnessReport, RobustnessRow};
+use crate::plots::{Area, Drawn, GRID, INK, PlotError, at, ink, left};
 
 /// One part of a bar.
 struct Part {
@@ -41,11 +38,6 @@ const PARTS: [Part; 4] = [
     },
 ];
 
-/// Text and axes.
-const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-/// Lines across a panel.
-const GRID: RGBColor = RGBColor(0xd0, 0xd0, 0xd0);
-
 /// Panels side by side.
 const COLUMNS: usize = 2;
 /// Width of one panel, in pixels.
@@ -65,23 +57,12 @@ const BAR_WIDTH: i32 = 420;
 /// A part that is narrower shows no number.
 const NUMBERED_WIDTH_MIN: i32 = 16;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn<T> = Result<T, DrawingAreaErrorKind<io::Error>>;
-
-/// The picture cannot be laid out.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the plot of disturbed pictures: {reason}")]
-pub struct RobustnessPlotError {
-    /// What the drawing library says.
-    pub reason: String,
-}
-
 /// Draws a report as SVG.
 ///
 /// # Errors
-/// [`RobustnessPlotError`] when a panel cannot be laid out.
-pub fn plot(report: &RobustnessReport) -> Result<String, RobustnessPlotError> {
-    draw(report).map_err(|e| RobustnessPlotError { reason: e.to_string() })
+/// [`PlotError`] when a panel cannot be laid out.
+pub fn plot(report: &RobustnessReport) -> Result<String, PlotError> {
+    draw(report).map_err(PlotError::of("disturbed pictures"))
 }
 
 fn draw(report: &RobustnessReport) -> Drawn<String> {
@@ -181,20 +162,6 @@ fn draw_bar(area: &Area<'_>, row: &RobustnessRow, y: i32) -> Drawn<()> {
         }
     }
     Ok(())
-}
-
-/// Text; sizes are those of the drawing library, a quarter larger than pixels.
-fn ink(size: u32) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&INK)
-}
-
-fn left(size: u32) -> TextStyle<'static> {
-    ink(size).pos(at(HPos::Left))
-}
-
-/// Vertically in the middle.
-fn at(across: HPos) -> Pos {
-    Pos::new(across, VPos::Center)
 }
 
 #[cfg(test)]
