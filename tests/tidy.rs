@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use common::{files_below, folders_in, in_project, project};
+use groundloop::files::FileRef;
 use groundloop::goals::GOALS;
 use groundloop::perception::detectors::DETECTORS;
 use groundloop::perception::grounders::GROUNDERS;
@@ -17,6 +18,7 @@ use groundloop::planners::PLANNERS;
 use groundloop::run::{DomainFolder, load_run};
 use groundloop::skills::SKILLS;
 use groundloop::stress::load_stress;
+use groundloop::sweep::SweepSpec;
 use groundloop::transport::topics::TOPICS;
 
 /// Most lines of a file.
@@ -131,7 +133,9 @@ fn every_run_file_loads() {
     assert!(files.len() >= 6);
     for path in files {
         let name = path.file_name().unwrap().to_str().unwrap();
-        if name.starts_with("stress") {
+        if path.parent().unwrap().ends_with("sweeps") {
+            SweepSpec::read(&FileRef::disk(&path)).unwrap_or_else(|e| panic!("{e}"));
+        } else if name.starts_with("stress") {
             let stress = load_stress(&path).unwrap_or_else(|e| panic!("{e}"));
             for case in &stress.case {
                 DomainFolder::find(&case.domain, &stress.origin.folder)

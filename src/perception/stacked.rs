@@ -75,6 +75,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Aabb, Intrinsics};
+    use crate::perception::TruncatedSides;
     use crate::perception::box_estimate::Heading;
 
     /// A level camera that looks along y, a metre away: a metre is 500 pixels, z = 0 lies above row 240.
@@ -98,7 +99,7 @@ mod tests {
             extent: [width_m, width_m, height_m],
         };
         let measured =
-            BoxEstimate { volume, cut: Default::default(), heading: Heading([0.0, 1.0]) };
+            BoxEstimate { volume, cut: TruncatedSides::default(), heading: Heading([0.0, 1.0]) };
         Detection {
             pixel_box: bounds(&mask).unwrap(),
             mask,

@@ -185,11 +185,9 @@ fn shown(value: &toml::Value) -> String {
 
 /// The leaves of a table as `key=value`.
 fn settings(table: &toml::Table) -> Vec<String> {
-    let of = |(key, value): (&String, &toml::Value)| match value {
-        toml::Value::Table(below) => {
-            settings(below).iter().map(|set| format!("{key}.{set}")).collect()
-        }
-        _leaf => vec![format!("{key}={value}")],
+    let of = |(key, value): (&String, &toml::Value)| match value.as_table() {
+        Some(below) => settings(below).iter().map(|set| format!("{key}.{set}")).collect(),
+        None => vec![format!("{key}={value}")],
     };
     table.iter().flat_map(of).collect()
 }

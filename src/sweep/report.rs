@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::design::SweepDesign;
 use super::record::SweepRecord;
-use super::spec::ReportLayout;
+use super::spec::{ReportLayout, Sampling};
 use crate::eval::wilson_95;
 
 /// A factor with more levels, all of them numbers, is shown in so many parts of its range.
@@ -119,7 +119,10 @@ impl SweepReport {
             name: name.to_owned(),
             expected: design.len(),
             all: SweepTally::of(records),
-            points: points(records),
+            points: match design.spec().sampling {
+                Sampling::Grid => points(records),
+                Sampling::LatinHypercube => Vec::new(),
+            },
             levels: factors.flat_map(|factor| levels(&factor, records)).collect(),
             failures: records.iter().filter(is_failure).take(FAILURES_MAX).cloned().collect(),
             layout: design.spec().report.clone(),
@@ -127,14 +130,11 @@ impl SweepReport {
     }
 }
 
-/// One row for each point; none where each episode has a point of its own.
+/// One row for each point.
 fn points(records: &[SweepRecord]) -> Vec<SweepPoint> {
     let mut by_point: BTreeMap<u64, Vec<&SweepRecord>> = BTreeMap::new();
     for record in records {
         by_point.entry(record.point).or_default().push(record);
-    }
-    if by_point.len() == records.len() && records.iter().all(|r| r.point == r.index) {
-        return Vec::new();
     }
     let row = |records: Vec<&SweepRecord>| {
         let factors = records.first()?.factors.clone();

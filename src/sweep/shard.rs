@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 /// Variables in which schedulers of array jobs tell a task its number, each with the number of its first
-/// task, or the variable that tells it: Slurm, Kubernetes (indexed jobs), HyperQueue (`--array 1-N`), PBS, Grid
+/// task, or the variable that tells it: Slurm, Kubernetes (indexed jobs), `HyperQueue` (`--array 1-N`), PBS, Grid
 /// Engine, LSF, AWS Batch.
 const NUMBERED_BY: [(&str, First); 7] = [
     ("SLURM_ARRAY_TASK_ID", First::In("SLURM_ARRAY_TASK_MIN")),

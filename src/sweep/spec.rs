@@ -70,7 +70,7 @@ pub enum Sampling {
     #[default]
     Grid,
     /// As many points as `samples`; over them each factor takes every part of its range equally often
-    /// (McKay, Beckman, Conover 1979).
+    /// (`McKay`, Beckman and Conover, 1979).
     LatinHypercube,
 }
 

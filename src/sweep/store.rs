@@ -348,7 +348,9 @@ mod tests {
             let (_temp, folder) = folder();
             for (number, count, episodes) in shards {
                 let mut file = folder.shard(shard(*number, *count)).unwrap().unwrap();
-                episodes.iter().for_each(|index| file.keep(line(*index)).unwrap());
+                for index in episodes {
+                    file.keep(line(*index)).unwrap();
+                }
                 file.finish().unwrap();
             }
             std::fs::read_to_string(folder.merge(5).unwrap()).unwrap()
@@ -381,7 +383,9 @@ mod tests {
         let mut file = folder.shard(shard(1, 2)).unwrap().unwrap();
         let busy = folder.shard(shard(1, 2)).unwrap_err().to_string();
         assert!(busy.contains("another process"), "{busy}");
-        [0, 2, 4].into_iter().for_each(|index| file.keep(line(index)).unwrap());
+        for index in [0, 2, 4] {
+            file.keep(line(index)).unwrap();
+        }
         file.finish().unwrap();
         assert!(folder.shard(shard(1, 2)).unwrap().is_none(), "it is done");
         let missing = folder.merge(5).unwrap_err().to_string();

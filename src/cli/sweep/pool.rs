@@ -27,13 +27,12 @@ pub(super) fn run_all(
             let (sender, next, is_over) = (sender.clone(), &next, &is_over);
             scope.spawn(move || {
                 let mut worker = Worker::new(spec);
-                while !is_over.load(Ordering::Relaxed)
-                    && let Some(index) = next.lock().unwrap_or_else(PoisonError::into_inner).next()
-                {
-                    let result = worker.episode(design, index);
-                    if sender.send(result).is_err() {
-                        break;
-                    }
+                let next = || next.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let left =
+                    std::iter::from_fn(next).take_while(|_| !is_over.load(Ordering::Relaxed));
+                for index in left {
+                    // When nobody takes it, the sweep is over.
+                    drop(sender.send(worker.episode(design, index)));
                 }
             });
         }

@@ -12,8 +12,8 @@ use super::opened;
 use super::worker::Player;
 use crate::actors::{SnapshotMoment, SnapshotRequest};
 use crate::sweep::{
-    FailurePicture, SweepDesign, SweepLevel, SweepPage, SweepRecord, SweepReport, episodes_csv,
-    plot_sweep, points_csv,
+    Factor, FailurePicture, SweepDesign, SweepLevel, SweepPage, SweepRecord, SweepReport,
+    episodes_csv, plot_sweep, points_csv,
 };
 
 /// How long before the end of an episode its picture is from, in cycles.
@@ -91,7 +91,7 @@ fn name_of(dir: &Path) -> String {
 }
 
 fn known_factor(design: &SweepDesign, wanted: &str) -> Result<(), Failure> {
-    let factors: Vec<&str> = design.spec().factor.iter().map(|factor| factor.title()).collect();
+    let factors: Vec<&str> = design.spec().factor.iter().map(Factor::title).collect();
     if wanted.is_empty() || factors.contains(&wanted) {
         return Ok(());
     }

@@ -1,17 +1,17 @@
 //! `groundloop sweep run`: the episodes of a sweep, or one shard of them.
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::super::{Failure, exit, out};
 use super::show::try_each_point;
 use super::{given, pool};
+use crate::clock::monotonic_ns;
 use crate::sweep::{Shard, SweepFolder, SweepLine};
 
 /// How often progress is told where there is no terminal.
-const TOLD_EVERY: Duration = Duration::from_secs(30);
+const TOLD_EVERY_S: f64 = 30.0;
 const MINUTE_S: f64 = 60.0;
 
 #[derive(Debug, clap::Args)]
@@ -19,7 +19,7 @@ pub(in crate::cli) struct Args {
     /// The sweep file, or the name of a shipped one.
     spec: PathBuf,
     /// Which part of it: `2/8` is the second of eight. `auto/8` takes the number that the scheduler of a cluster
-    /// tells (Slurm, Kubernetes, HyperQueue, PBS, Grid Engine, LSF, AWS Batch).
+    /// tells (Slurm, Kubernetes, `HyperQueue`, PBS, Grid Engine, LSF, AWS Batch).
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     shard: String,
     /// The sweep's folder; all shards share it.
@@ -31,6 +31,7 @@ pub(in crate::cli) struct Args {
 }
 
 pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
+    #[expect(clippy::disallowed_methods, reason = "schedulers tell a task its number so")]
     let variable = |name: &str| std::env::var(name).ok();
     let shard = Shard::parse(&args.shard, &variable).map_err(Failure::bad_input)?;
     let (file, design) = given(&args.spec)?;
@@ -49,8 +50,11 @@ pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
     let jobs = args.jobs.map_or_else(processors, usize::from);
     let mut progress = Progress::new(n_all, kept.lines());
     pool::run_all((&folder.spec_path(), &design), &left, jobs, |line| {
+        let index = line.record.index;
         progress.count(&line);
-        Ok(kept.keep(line)?)
+        kept.keep(line)?;
+        tracing::info!(index, "an episode has ended");
+        Ok(())
     })?;
     kept.finish()?;
     out::note(&progress.summary(jobs));
@@ -60,11 +64,15 @@ pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
     Ok(progress.exit_code())
 }
 
+fn since_s(ns: u64) -> f64 {
+    (monotonic_ns() - ns) as f64 / 1e9
+}
+
 /// How far it is, and what it came to.
 struct Progress {
     bar: ProgressBar,
-    started: Instant,
-    told: Instant,
+    started_ns: u64,
+    told_ns: u64,
     n_all: usize,
     n_before: usize,
     n: usize,
@@ -82,11 +90,11 @@ impl Progress {
         let bar = ProgressBar::new(n_all as u64).with_style(style);
         bar.set_position(before.len() as u64);
         bar.reset_eta();
-        let now = Instant::now();
+        let now_ns = monotonic_ns();
         let mut progress = Self {
             bar,
-            started: now,
-            told: now,
+            started_ns: now_ns,
+            told_ns: now_ns,
             n_all,
             n_before: before.len(),
             n: 0,
@@ -95,7 +103,9 @@ impl Progress {
             wrong: 0,
             cpu_s: 0.0,
         };
-        before.iter().for_each(|line| progress.judge(line));
+        for line in before {
+            progress.judge(line);
+        }
         progress
     }
 
@@ -112,32 +122,29 @@ impl Progress {
         let told = format!("{:.0} a minute, {}", self.a_minute(), self.tally());
         self.bar.inc(1);
         self.bar.set_message(told.clone());
-        if self.bar.is_hidden() && self.told.elapsed() >= TOLD_EVERY {
-            self.told = Instant::now();
+        if self.bar.is_hidden() && since_s(self.told_ns) >= TOLD_EVERY_S {
+            self.told_ns = monotonic_ns();
             let left = (self.n_all - self.n) as f64 / self.a_minute().max(1e-9);
             out::note(&format!("{}/{} episodes, {left:.1} min left, {told}", self.n, self.n_all));
         }
     }
 
     fn a_minute(&self) -> f64 {
-        let seconds = self.started.elapsed().as_secs_f64().max(1e-9);
+        let seconds = since_s(self.started_ns).max(1e-9);
         (self.n - self.n_before) as f64 * MINUTE_S / seconds
     }
 
     fn tally(&self) -> String {
         let Self { successes, n, errors, wrong, .. } = self;
-        let mut told = format!("success {successes}/{n}");
-        for (count, what) in [(errors, "without a verdict"), (wrong, "FALSE or against evidence")] {
-            if *count > 0 {
-                told += &format!(", {count} {what}");
-            }
-        }
-        told
+        let bad = [(errors, "without a verdict"), (wrong, "FALSE or against evidence")];
+        let bad = bad.into_iter().filter(|(count, _)| **count > 0);
+        let bad = bad.map(|(count, what)| format!(", {count} {what}"));
+        format!("success {successes}/{n}{}", bad.collect::<String>())
     }
 
     fn summary(&self, jobs: usize) -> String {
         self.bar.finish_and_clear();
-        let seconds = self.started.elapsed().as_secs_f64();
+        let seconds = since_s(self.started_ns);
         format!(
             "{} of {} episodes run in {seconds:.0} s ({:.0} a minute, {jobs} side by side, {:.2} processors busy): {}",
             self.n - self.n_before,
