@@ -22,7 +22,19 @@ pub(super) enum RunReport<'a> {
     Several {
         /// In the order of their seeds.
         episodes: &'a [EpisodeReport],
+        /// Episodes that ended without a verdict; left out when there are none.
+        #[serde(skip_serializing_if = "<[_]>::is_empty")]
+        errors: &'a [EpisodeError],
     },
+}
+
+/// An episode that ended without a verdict.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct EpisodeError {
+    /// Its seed.
+    pub(super) seed: u64,
+    /// Why.
+    pub(super) reason: String,
 }
 
 /// Output of `groundloop plan --json`.

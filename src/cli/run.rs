@@ -10,7 +10,7 @@ use tokio::sync::watch;
 
 use super::narrate::{Narrator, Style};
 use super::out::Stream;
-use super::reports::RunReport;
+use super::reports::{EpisodeError, RunReport};
 use super::services::ServiceArgs;
 use super::table::{self, right};
 use super::{Failure, exit, out};
@@ -38,7 +38,8 @@ pub(super) struct Args {
     /// The first seed; without it, the run file's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// How many episodes are run, with seeds counting up from the first.
+    /// How many episodes are run, one after another, with seeds counting up from the first; for many, or on all
+    /// processors: `groundloop sweep`.
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     episodes: u64,
@@ -96,13 +97,25 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     for warning in &prepared.folder.warnings {
         tracing::warn!(warning, "domain.pddl");
     }
-    let mut reports = Vec::new();
+    let (mut reports, mut errors) = (Vec::new(), Vec::new());
     let mut worst = 0;
     let bar = bar(args);
     for seed in first_seed..first_seed.saturating_add(args.episodes) {
         let mut prepared = prepared.clone();
         prepared.config.seed = seed;
-        let episode = Box::pin(watched(args, &prepared, &mut stop)).await?;
+        let episode = match Box::pin(watched(args, &prepared, &mut stop)).await? {
+            Ok(episode) => episode,
+            // What one seed meets, the next ones may not; what is wrong with the run file they all meet.
+            Err(RunError::Fatal(error)) if args.episodes > 1 => {
+                let failure = Failure::from(RunError::from(error));
+                worst = worst.max(failure.code);
+                bar.suspend(|| out::note(&format!("seed {seed}: error: {}", failure.message)));
+                errors.push(EpisodeError { seed, reason: failure.message });
+                bar.inc(1);
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
         if let Some(path) = args.snapshot.as_ref().filter(|path| !path.is_file()) {
             out::note(&format!("{}: no settled cycle with a plan to draw", path.display()));
         }
@@ -125,7 +138,7 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
         }
     }
     bar.finish_and_clear();
-    finish(args, &reports)?;
+    finish(args, &reports, &errors)?;
     Ok(worst)
 }
 
@@ -134,7 +147,7 @@ async fn watched(
     args: &Args,
     prepared: &PreparedRun,
     stop: &mut watch::Receiver<Option<Stop>>,
-) -> Result<Episode, Failure> {
+) -> Result<Result<Episode, RunError>, Failure> {
     let bus = BusConfig::for_run(prepared.config.run_name());
     let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
     let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
@@ -163,7 +176,7 @@ async fn watched(
     while let Some(event) = events.poll()? {
         teller.tell(&event);
     }
-    Ok(ended?)
+    Ok(ended)
 }
 
 /// Waits until somebody says stop; for ever when nobody is left who could.
@@ -232,17 +245,22 @@ fn bar(args: &Args) -> ProgressBar {
 
 fn progress(args: &Args, report: &EpisodeReport) {
     let EpisodeReport { seed, verdict, sim_seconds, skills_done, replans, .. } = report;
+    let why = if *verdict == Verdict::Reached.word() {
+        String::new()
+    } else {
+        format!(": {}", report.reason)
+    };
     let text = format!(
-        "seed {seed}: {verdict} after {sim_seconds:.1} s, {skills_done} skills, {replans} replans"
+        "seed {seed}: {verdict} after {sim_seconds:.1} s, {skills_done} skills, {replans} replans{why}"
     );
     Stream::beside(args.json).line(&text);
 }
 
-fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
+fn finish(args: &Args, reports: &[EpisodeReport], errors: &[EpisodeError]) -> Result<(), Failure> {
     match reports {
-        [report] if args.json => out::json(&RunReport::One(report)),
-        episodes if args.json => out::json(&RunReport::Several { episodes }),
-        [report] => {
+        [report] if args.json && args.episodes == 1 => out::json(&RunReport::One(report)),
+        episodes if args.json => out::json(&RunReport::Several { episodes, errors }),
+        [report] if args.episodes == 1 => {
             out::line("");
             Stream::Output.table(latency_table(report));
             out::line(&summary(report));
@@ -255,6 +273,10 @@ fn finish(args: &Args, reports: &[EpisodeReport]) -> Result<(), Failure> {
             Stream::Output.table(episode_table(reports));
             let told = reports.iter().map(|r| (r.seed, r.verdict, r.goal_in_simulator));
             out::line(&tally(&told.collect::<Vec<_>>()));
+            if !errors.is_empty() {
+                let seeds: Vec<String> = errors.iter().map(|e| e.seed.to_string()).collect();
+                out::line(&format!("ended without a verdict: seeds {}", seeds.join(", ")));
+            }
             if let Some(told) = against_evidence(reports) {
                 out::line(&told);
             }
