@@ -265,6 +265,8 @@ impl Last {
 pub struct Subscriber<H: WireHeader, R: Record> {
     samples: SampleSubscriber<Service, [R], H>,
     wakeups: Wakeups,
+    /// Has announced this reader. It stays, so that the service is there for writers who open it only.
+    _joined: Notifier<Service>,
     last: Option<Last>,
     drops: Drops,
     is_complete: bool,
@@ -300,15 +302,15 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
             .buffer_size(waiting)
             .create()
             .map_err(|e| fault(&e))?;
-        let join = events(node, &late_joiners(service), topic)?
+        let joined = events(node, &late_joiners(service), topic)?
             .notifier_builder()
             .default_event_id(JOINED)
             .create()
             .map_err(|e| fault(&e))?;
-        join.notify().map_err(|e| fault(&e))?;
+        joined.notify().map_err(|e| fault(&e))?;
         let wakeups = Wakeups::new(listener, topic)?;
         let (last, drops) = (None, Drops::default());
-        Ok(Self { samples: subscriber, wakeups, last, drops, is_complete })
+        Ok(Self { samples: subscriber, wakeups, _joined: joined, last, drops, is_complete })
     }
 
     /// Waits for a message and returns the newest one, counting what it overtook.
