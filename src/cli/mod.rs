@@ -19,6 +19,7 @@ mod schema;
 mod services;
 mod stress;
 mod sweep;
+mod topics;
 mod validate;
 
 use std::process::ExitCode;
@@ -39,6 +40,8 @@ pub mod exit {
     pub const UNSOLVABLE: u8 = 3;
     /// A budget was used up.
     pub const GAVE_UP: u8 = 4;
+    /// Something that is needed is not there.
+    pub const MISSING: u8 = 5;
     /// A check did not hold.
     pub const CHECK_FAILED: u8 = 6;
 
@@ -95,6 +98,9 @@ enum Verb {
     /// Run many episodes over chosen factors, on one machine or a cluster.
     #[command(subcommand)]
     Sweep(sweep::Verb),
+    /// See who says what in a run, and what does not arrive.
+    #[command(subcommand)]
+    Topics(topics::Verb),
     /// Print the JSON Schema of what a verb writes with `--json`.
     Schema(schema::Args),
 }
@@ -117,6 +123,7 @@ pub fn main() -> ExitCode {
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),
         Verb::Sweep(verb) => sweep::run(&verb),
+        Verb::Topics(verb) => topics::run(&verb),
         Verb::Schema(args) => schema::run(&args),
     };
     match done {

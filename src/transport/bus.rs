@@ -121,11 +121,16 @@ impl Bus {
         self.node.try_cleanup_dead_nodes();
     }
 
+    /// The node itself.
+    pub(super) fn node(&self) -> &Node<Service> {
+        &self.node
+    }
+
     fn opening(&self) -> MutexGuard<'_, ()> {
         self.opening.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn service_name(&self, topic: &Topic) -> String {
+    pub(super) fn service_name(&self, topic: &Topic) -> String {
         format!("groundloop/{}/{}", self.run, topic.name)
     }
 }

@@ -8,6 +8,7 @@ mod ports;
 mod bus;
 pub mod convert;
 mod join;
+mod taps;
 mod reason;
 
 use thiserror::Error;
@@ -18,6 +19,7 @@ pub use outbox::{Delivery, Outgoing, SendHook};
 pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
 pub use services::Record;
+pub use taps::{Tap, TappedMessage};
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
