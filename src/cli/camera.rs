@@ -9,6 +9,7 @@ use crate::actors::{Monitor, camera};
 use crate::hardware::images::{ImageCamera, find_images};
 use crate::messages::MAIN_CAMERA;
 use crate::transport::topics::CameraTopics;
+use crate::transport::wire::FrameHeader;
 use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]
@@ -58,6 +59,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let bus = Bus::open(&BusConfig::for_run(run.clone()))?;
         out::note(&format!("publishing {n_images} images at {fps} Hz to run \"{run}\""));
         let topics = CameraTopics::of(name);
+        bus.refuse_second::<FrameHeader, u8>(&topics.rgb)?;
         let serve = camera::serve((bus, topics), Box::new(camera), Monitor::default());
         tokio::select! {
             ended = serve => ended.map_err(Failure::internal)?,

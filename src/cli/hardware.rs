@@ -6,6 +6,8 @@ use super::camera::terminated;
 use super::{Failure, out};
 use crate::actors::Monitor;
 use crate::run::{ConfigError, HardwarePorts, load_run};
+use crate::transport::topics::{CAMERA_RGB, ROBOT_STATE};
+use crate::transport::wire::{DeviceHeader, FrameHeader, RobotStateRecord};
 use crate::transport::{Bus, BusConfig};
 
 #[derive(Debug, clap::Args)]
@@ -40,6 +42,12 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         .map_err(Failure::internal)?;
     runtime.block_on(async {
         let bus = Bus::open(&BusConfig::for_run(args.run.clone()))?;
+        if ports.robot.open.is_some() {
+            bus.refuse_second::<DeviceHeader, RobotStateRecord>(&ROBOT_STATE)?;
+        }
+        if ports.camera.open.is_some() {
+            bus.refuse_second::<FrameHeader, u8>(&CAMERA_RGB)?;
+        }
         let mut playing = tokio::task::JoinSet::new();
         let names: Vec<&str> = ports
             .actors(&bus, &Monitor::default())

@@ -162,6 +162,7 @@ fn describe(
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         wire_schema: SCHEMA,
     };
+    bus.refuse_second::<DeviceHeader, u8>(&RUN)?;
     let publisher = bus.publisher(&RUN)?;
     let written = run_to_wire(&description);
     let (header, text) = written.map_err(|e| Fatal::BadInput { message: e.to_string() })?;

@@ -195,7 +195,10 @@ impl RunError {
             Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Part(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Grounder(error)) if error.is_missing() => 5,
-            Self::Config(_) | Self::Fatal(Fatal::BadInput { .. }) | Self::Snapshot { .. } => 2,
+            Self::Config(_)
+            | Self::Fatal(Fatal::BadInput { .. })
+            | Self::Snapshot { .. }
+            | Self::Transport(TransportError::Taken { .. }) => 2,
             Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
         }

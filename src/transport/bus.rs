@@ -6,12 +6,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{NodeName, SignalHandlingMode};
+use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::TransportError;
 use super::outbox::SendHook;
 use super::ports::{Depth, Publisher, Subscriber};
 use super::reason::reason;
-use super::services::{Record, Service};
+use super::services::{Record, Service, samples};
 use super::topics::Topic;
 use super::wire::WireHeader;
 
@@ -109,6 +110,33 @@ impl Bus {
     ) -> Result<Subscriber<H, R>, TransportError> {
         let _one_at_a_time = self.opening();
         Subscriber::open(&self.node, &self.service_name(topic), topic, depth)
+    }
+
+    /// How many write and read a topic, in all processes that live.
+    ///
+    /// # Errors
+    /// [`TransportError::Open`] naming the topic.
+    pub fn uses<H: WireHeader, R: Record>(
+        &self,
+        topic: &Topic,
+    ) -> Result<[usize; 2], TransportError> {
+        let _one_at_a_time = self.opening();
+        let service = samples::<H, R>(&self.node, &self.service_name(topic), topic)?;
+        let counts = service.dynamic_config();
+        Ok([counts.number_of_publishers(), counts.number_of_subscribers()])
+    }
+
+    /// Refuses what another process does already: two writers of a topic would be mixed.
+    ///
+    /// # Errors
+    /// [`TransportError::Taken`] when somebody writes the topic, [`TransportError::Open`].
+    pub fn refuse_second<H: WireHeader, R: Record>(
+        &self,
+        topic: &Topic,
+    ) -> Result<(), TransportError> {
+        let [writers, _] = self.uses::<H, R>(topic)?;
+        let taken = || TransportError::Taken { topic: topic.name, run: self.run.to_string() };
+        if writers == 0 { Ok(()) } else { Err(taken()) }
     }
 
     /// Name of the run.

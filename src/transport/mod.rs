@@ -42,6 +42,17 @@ pub enum TransportError {
         /// How many there may be.
         depth_max: usize,
     },
+    /// Another process writes a topic that has one writer.
+    #[error(
+        "{topic} of run \"{run}\" has a writer already: another process does the same; end it, or give \
+         the run another name (--run)"
+    )]
+    Taken {
+        /// Its name below the run.
+        topic: &'static str,
+        /// The run.
+        run: String,
+    },
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]
     Send {

@@ -2,11 +2,10 @@
 
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::Service as _;
-use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
 use super::convert::{command_from_wire, robot_state_from_wire, status_from_wire};
-use super::services::{Record, Service, samples};
+use super::services::{Record, Service};
 use super::topics::{CameraTopics, TOPICS, Topic};
 use super::wire::{
     CommandRecord, ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, FrameHeader,
@@ -74,10 +73,7 @@ impl<H: WireHeader, R: Record> Tap for Reader<H, R> {
     }
 
     fn uses(&self) -> Result<[usize; 2], TransportError> {
-        let service = self.bus.service_name(&self.topic);
-        let service = samples::<H, R>(self.bus.node(), &service, &self.topic)?;
-        let counts = service.dynamic_config();
-        Ok([counts.number_of_publishers(), counts.number_of_subscribers()])
+        self.bus.uses::<H, R>(&self.topic)
     }
 }
 

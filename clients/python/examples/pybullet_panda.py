@@ -21,8 +21,8 @@ WIDTH, HEIGHT, FIELD_OF_VIEW_DEG = 640, 480, 34.0
 NEAR_M, FAR_M = 0.1, 60.0
 EYE, LOOK_AT = np.array([0.0, -0.95, 0.42]), np.array([0.0, 0.0, 0.09])
 STEP_S, CONTROL_S, FRAME_S = 1.0 / 240.0, 1.0 / 60.0, 0.2
-BASE = (-0.52, 0.05, 0.0)
-HOME = Target((-0.25, 0.0, 0.5), 0.0, 0.08, 0.5)
+BASE = (-0.46, 0.12, 0.0)
+HOME = Target((-0.2, 0.1, 0.5), 0.0, 0.08, 0.5)
 # Joint angles near which the arm stays: the elbow up.
 REST = [0.0, -0.4, 0.0, -2.2, 0.0, 1.9, 0.8]
 ARM, FINGERS, TOOL = range(7), (9, 10), 11
@@ -50,7 +50,7 @@ def build(seed: int) -> int:
     for name in random.permutation(list(COLOURS)):
         free = [column for column in columns if len(column) < 3]
         free[random.integers(len(free))].append(name)
-    for x, column in zip((-0.12, 0.0, 0.12, 0.24), columns, strict=True):
+    for x, column in zip((-0.10, 0.0, 0.10, 0.20), columns, strict=True):
         y = random.uniform(-0.01, 0.01)
         for level, name in enumerate(column):
             at = (x, y, BLOCK_M * (level + 0.5))
@@ -85,7 +85,9 @@ class Panda:
         reach = math.dist(target.position, (BASE[0], BASE[1], 0.33))
         if reach > REACH_M:
             raise Refused(f"unreachable: {reach:.2f} m from the shoulder, {REACH_M} m at most")
-        self.target, self.stalled_s = target, 0.0
+        if target.opening_m != self.target.opening_m:
+            self.stalled_s = 0.0
+        self.target = target
 
     def has_arrived(self) -> bool:
         off = np.linalg.norm(np.array(self.tool().position) - self.target.position)
@@ -105,8 +107,8 @@ class Panda:
         way = np.array(self.target.position) - self.point
         step_m = self.target.speed_m_s * CONTROL_S
         self.point += way if np.linalg.norm(way) <= step_m else way / np.linalg.norm(way) * step_m
-        # The fingers open along y of the hand, which points down.
-        down = p.getQuaternionFromEuler((math.pi, 0.0, self.target.yaw_rad + math.pi / 2))
+        # The hand points down, and its broad side, along which the fingers open, along y: blocks stand side by side in x.
+        down = p.getQuaternionFromEuler((math.pi, 0.0, self.target.yaw_rad))
         angles = p.calculateInverseKinematics(
             self.body, TOOL, self.point, down, lowerLimits=[-2.9] * 7, upperLimits=[2.9] * 7, jointRanges=[5.8] * 7,
             restPoses=REST, maxNumIterations=60, residualThreshold=1e-5,

@@ -180,4 +180,6 @@ class Robot:
 
 
 def _target(waypoint: wire.WaypointRecord) -> Target:
-    return Target(tuple(waypoint.position), waypoint.yaw_rad, waypoint.opening_m, waypoint.speed_m_s)
+    # What is held stays gripped: its width is where the jaws are, not where they should be sent.
+    opening_m = 0.0 if waypoint.expect == HOLDING else waypoint.opening_m
+    return Target(tuple(waypoint.position), waypoint.yaw_rad, opening_m, waypoint.speed_m_s)
