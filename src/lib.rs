@@ -57,6 +57,8 @@ pub mod hardware;
 pub mod actors;
 pub mod run;
 pub mod facade;
+#[cfg(feature = "sim")]
+pub mod dataset;
 pub mod eval;
 pub mod sweep;
 pub mod stress;

@@ -4,6 +4,7 @@ mod table;
 mod out;
 mod camera;
 mod config;
+mod dataset;
 mod eval;
 mod exemplar_check;
 mod exemplar;
@@ -89,6 +90,9 @@ enum Verb {
     /// Make and check labelled examples.
     #[command(subcommand)]
     Exemplar(exemplar::Verb),
+    /// Make data sets of rendered scenes.
+    #[command(subcommand)]
+    Dataset(dataset::Verb),
     /// List detectors, planners and all other parts, with their options.
     Parts(parts::Args),
     /// Measure on data sets.
@@ -119,6 +123,7 @@ pub fn main() -> ExitCode {
         Verb::Ground(args) => ground::run(&args),
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(verb) => exemplar::run(&verb),
+        Verb::Dataset(verb) => dataset::run(&verb),
         Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),

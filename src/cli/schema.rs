@@ -28,6 +28,8 @@ type Make = fn() -> Schema;
 /// The schemas of all verbs that have `--json`, in alphabetical order.
 const SCHEMAS: &[(&str, Make)] = &[
     ("config-show", schema::<ConfigReport>),
+    #[cfg(feature = "sim")]
+    ("dataset-generate", schema::<crate::dataset::DatasetReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
     ("eval-robustness", schema::<RobustnessReport>),
     #[cfg(feature = "sim")]

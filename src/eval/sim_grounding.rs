@@ -23,7 +23,7 @@ use crate::perception::{
 use crate::run::{ConfigError, DomainFolder, RunConfig};
 
 /// The scene below a domain's folder that is looked at, with one arrangement for each seed.
-pub(super) const SCENE: &str = "scenes/evaluation.toml";
+pub const SCENE: &str = "scenes/evaluation.toml";
 
 /// A detection is the labelled object that it overlaps most, by at least this share: less says
 /// that it is something else.

@@ -127,7 +127,7 @@ fn condition(atom: &Atom) -> Condition {
 }
 
 /// The predicates that some action adds or deletes.
-fn changed_by_actions(domain: &Domain) -> BTreeSet<Name> {
+pub fn changed_by_actions(domain: &Domain) -> BTreeSet<Name> {
     let mut changed = BTreeSet::new();
     let mut open: Vec<&Effect> = domain.actions.iter().map(|action| &action.effect).collect();
     while let Some(effect) = open.pop() {

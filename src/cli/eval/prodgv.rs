@@ -9,7 +9,6 @@ use serde::Deserialize;
 use super::super::services::ServiceArgs;
 use super::super::{Failure, out};
 use super::prodgv_tables::{print_details, print_report};
-use crate::eval::prodgv::matching::ordered_pairs;
 use crate::eval::prodgv::{
     BoxSource, DomainData, EvalError, Evaluation, EvaluationReport, FittedDomain, Goals, Jitter,
     PairResult, Setup, data_set, domain_report, evaluate, picture, published,
@@ -51,6 +50,10 @@ pub(super) struct Args {
     /// Evaluates this domain only; may be repeated.
     #[arg(long, value_name = "NAME")]
     domain: Vec<String>,
+    /// Takes the first N problems only as labelled examples, for data sets of thousands: without it every
+    /// ordered pair of problems is an episode.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    exemplars: Option<u32>,
     /// Where the domain folders are, if not in `domains/` of the working directory.
     #[arg(long, value_name = "DIR")]
     domains: Option<PathBuf>,
@@ -114,9 +117,10 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         planner: &*planner,
         repair_goals,
         jitter,
+        exemplars_max: args.exemplars.map_or(usize::MAX, |n| n as usize),
     };
     let data = data_set::read(&args.data, &args.domain)?;
-    let bar = bar(&data);
+    let bar = bar(&data, setup.exemplars_max);
     let mut domains = BTreeMap::new();
     for data in &data {
         bar.set_message(data.name.clone());
@@ -235,10 +239,11 @@ fn folder(args: &Args, name: &str) -> Result<DomainFolder, Failure> {
     Ok(folder?)
 }
 
-fn bar(data: &[DomainData]) -> ProgressBar {
-    let n_pairs: usize = data.iter().map(|data| ordered_pairs(&data.problems).len()).sum();
+fn bar(data: &[DomainData], exemplars_max: usize) -> ProgressBar {
+    let n_problems = data.iter().map(|data| data.problems.len());
+    let n_pairs: usize = n_problems.map(|n| n.min(exemplars_max) * n.saturating_sub(1)).sum();
     let bar = ProgressBar::new(n_pairs as u64);
-    match ProgressStyle::with_template("{bar:40} {pos}/{len} pairs, {msg}") {
+    match ProgressStyle::with_template("{bar:40} {pos}/{len} pairs, {eta} left, {msg}") {
         Ok(style) => bar.with_style(style),
         Err(error) => {
             tracing::debug!(%error, "progress is shown plainly");

@@ -60,6 +60,8 @@ pub struct Setup<'a> {
     pub repair_goals: bool,
     /// Noise to be measured with, in addition.
     pub jitter: Option<Jitter>,
+    /// The most problems that are taken as exemplars: the first ones.
+    pub exemplars_max: usize,
 }
 
 /// What came out for one domain.
@@ -88,7 +90,7 @@ pub fn evaluate(
     let seeds = setup.jitter.map_or(0, |jitter| jitter.seeds);
     evaluation.jittered.resize(usize::try_from(seeds).unwrap_or(usize::MAX), FactCounts::default());
     let mut pictures = BTreeMap::new();
-    for exemplar in &data.problems {
+    for exemplar in data.problems.iter().take(setup.exemplars_max) {
         let grounder = grounder(setup.grounder, fitted, exemplar)?;
         let are_looked_at =
             matches!(setup.detections, BoxSource::Detector(_)) || grounder.needs_image();

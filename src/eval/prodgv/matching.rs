@@ -4,15 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Labelled;
-use super::recorded::Pair;
 use crate::pddl::{Atom, Condition, Literal, Name, Step, Term, Typed};
 use crate::perception::model::{Implied, ObjectBox};
-
-/// Every ordered pair of different problems.
-pub fn ordered_pairs(problems: &[Labelled]) -> Vec<Pair> {
-    let numbers = || problems.iter().map(|p| p.number);
-    numbers().flat_map(|e| numbers().filter(move |t| *t != e).map(move |t| (e, t))).collect()
-}
 
 /// Whether the reference evaluates the pair: the same predicates occur in both true states, derived
 /// ones included. An exemplar can teach nothing else.

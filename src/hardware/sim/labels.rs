@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use groundloop_sim::{BodyTruth, Frame, Renderer, Truth, World};
+use groundloop_sim::{BodyTruth, Frame, Renderer, SceneSpec, Truth, World};
 use image::RgbImage;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -13,6 +13,7 @@ use serde::Deserialize;
 use super::camera::model_of;
 use super::config::SimConfig;
 use super::robot::{SimHardware, read_scene};
+use super::visible_share::visible_share;
 use super::witness::is_settled;
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
@@ -55,6 +56,9 @@ pub struct Look {
     pub objects: Vec<ObjectBox>,
     /// The facts that hold among them.
     pub facts: BTreeSet<Atom>,
+    /// How much of each object the camera sees: the share of its outline in the image that nothing hides
+    /// and that lies in the image, 0 to 1. In the order of `objects`.
+    pub visible_shares: Vec<f64>,
     /// How many objects of visible types others hide too far for a volume.
     pub n_hidden: usize,
 }
@@ -238,16 +242,72 @@ impl<'a> Labeller<'a> {
         seed: u64,
         from: Option<Viewpoint>,
     ) -> Result<Look, PartError> {
-        let world = World::new(&read_scene(file)?, &self.sim.world, seed);
-        let world = world.map_err(|e| fault(file, e))?;
-        let mut camera = self.sim.camera.clone();
-        camera.light.seed = seed;
+        let mut sim = self.sim.clone();
         if let Some(Viewpoint { position_m, look_at_m }) = from {
-            (camera.position_m, camera.look_at_m) = (position_m.into(), look_at_m.into());
+            (sim.camera.position_m, sim.camera.look_at_m) = (position_m.into(), look_at_m.into());
         }
-        let frame = self.renderer.render(&world, &camera, seed).map_err(|e| fault(file, e))?;
+        self.look_at(&ChangedScene { file, spec: read_scene(file)? }, &sim, seed)
+    }
+
+    /// Looks at the start of a scene that need not be as its file says, through another simulator's
+    /// camera.
+    ///
+    /// # Errors
+    /// [`PartError::File`] naming the scene file: the scene cannot be built with this seed.
+    pub fn look_at(
+        &mut self,
+        scene: &ChangedScene<'_>,
+        sim: &SimConfig,
+        seed: u64,
+    ) -> Result<Look, PartError> {
+        let world = scene.world(sim, seed)?;
+        let mut camera = sim.camera.clone();
+        camera.light.seed = seed;
+        let frame = self.renderer.render(&world, &camera, seed);
+        let frame = frame.map_err(|e| fault(scene.file, e))?;
         let shot = Shot { frame, model: model_of(&camera), truth: world.truth() };
-        shot.labelled(self.scenes, &self.labels).ok_or_else(|| fault(file, "no image"))
+        shot.labelled(self.scenes, &self.labels).ok_or_else(|| fault(scene.file, "no image"))
+    }
+
+    /// The facts of a scene's start over all objects of visible types, whatever a camera shows of them.
+    ///
+    /// # Errors
+    /// As for [`look_at`](Self::look_at).
+    pub fn facts_of(
+        &self,
+        scene: &ChangedScene<'_>,
+        sim: &SimConfig,
+        seed: u64,
+    ) -> Result<BTreeSet<Atom>, PartError> {
+        let truth = scene.world(sim, seed)?.truth();
+        let is_seen =
+            |body: &&BodyTruth| self.scenes.perception.type_spec(&body.kind.into()).is_some();
+        let bodies: Vec<&BodyTruth> = truth.bodies.iter().filter(is_seen).collect();
+        let labels = self.labels.label.iter();
+        Ok(labels.flat_map(|label| label.facts(&bodies, self.scenes.domain)).collect())
+    }
+}
+
+/// A scene that was read from a file, and perhaps changed since.
+#[derive(Debug)]
+pub struct ChangedScene<'a> {
+    /// What it is called in messages.
+    file: &'a FileRef,
+    spec: SceneSpec,
+}
+
+impl<'a> ChangedScene<'a> {
+    /// Reads a scene from a table that has the form of a scene file.
+    ///
+    /// # Errors
+    /// [`PartError`] naming the file and what is wrong in the table.
+    pub fn new(file: &'a FileRef, table: &toml::Table) -> Result<Self, PartError> {
+        let spec = TomlFile::parse(&file.to_string(), &table.to_string())?.read()?;
+        Ok(Self { file, spec })
+    }
+
+    fn world(&self, sim: &SimConfig, seed: u64) -> Result<World, PartError> {
+        World::new(&self.spec, &sim.world, seed).map_err(|e| fault(self.file, e))
     }
 }
 
@@ -264,6 +324,7 @@ impl Shot {
         let (width, height) = (frame.width as usize, frame.height as usize);
         let depth = DepthView::new(width, height, &frame.depth_m).ok()?;
         let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
+        let mut visible_shares = Vec::new();
         for (i, body) in truth.bodies.iter().enumerate() {
             let Some(spec) = scenes.perception.type_spec(&body.kind.into()) else { continue };
             let seen = visible(&frame, u16::try_from(i + 1).ok()?, body).and_then(|detection| {
@@ -274,13 +335,15 @@ impl Shot {
                 n_hidden += 1;
                 continue;
             };
+            visible_shares.push(visible_share(&seen.mask, body, &model));
             bodies.push(body);
             objects.push(seen.object(Name::new(&body.name)));
         }
         let facts =
             labels.label.iter().flat_map(|label| label.facts(&bodies, scenes.domain)).collect();
         let image = RgbImage::from_raw(frame.width, frame.height, frame.rgb)?;
-        Some(Look { image, depth_m: frame.depth_m, model, objects, facts, n_hidden })
+        let depth_m = frame.depth_m;
+        Some(Look { image, depth_m, model, objects, facts, visible_shares, n_hidden })
     }
 }
 
@@ -296,24 +359,33 @@ impl Look {
             name: Name::new(name),
             domain: domain.name.clone(),
             objects: self.declared(),
-            init: self.facts,
+            init: self.facts.clone(),
             costs: BTreeMap::new(),
             goal: Condition::True,
             minimise_cost: false,
         };
-        let objects = &self.objects;
+        Some(LabelledScene {
+            name: name.to_owned(),
+            boxes: self.boxes_json()?,
+            masks: self.masks_json()?,
+            volumes: lines(&self.objects, |o| o.volume.as_ref().map(rounded))?,
+            state: print_problem(&problem),
+            n_objects: self.objects.len(),
+            image: self.image,
+        })
+    }
+
+    /// The boxes as a labelled example has them: JSON, `{"name": [x1, y1, x2, y2]}` in pixels.
+    pub fn boxes_json(&self) -> Option<String> {
+        lines(&self.objects, |o| Some(<[f64; 4]>::from(o.pixel_box)))
+    }
+
+    /// The pixels of each object as a labelled example has them: JSON, `{"name": [[y, x_start, x_end]]}`.
+    pub fn masks_json(&self) -> Option<String> {
         let runs = |mask: &[MaskRun]| -> Vec<[u32; 3]> {
             mask.iter().map(|run| [run.y, run.x_start, run.x_end]).collect()
         };
-        Some(LabelledScene {
-            name: name.to_owned(),
-            image: self.image,
-            boxes: lines(objects, |o| Some(<[f64; 4]>::from(o.pixel_box)))?,
-            masks: lines(objects, |o| o.mask.as_deref().map(runs))?,
-            volumes: lines(objects, |o| o.volume.as_ref().map(rounded))?,
-            state: print_problem(&problem),
-            n_objects: objects.len(),
-        })
+        lines(&self.objects, |o| o.mask.as_deref().map(runs))
     }
 }
 

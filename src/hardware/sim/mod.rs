@@ -11,6 +11,8 @@ mod faults;
 #[cfg(feature = "sim")]
 mod camera;
 #[cfg(feature = "sim")]
+mod visible_share;
+#[cfg(feature = "sim")]
 mod labels;
 #[cfg(feature = "sim")]
 mod ports;
@@ -25,7 +27,8 @@ pub use faults::{ActingFault, Disturbance, FaultAction, SensingFault, fault_mism
 pub use groundloop_sim::WorldFault;
 #[cfg(feature = "sim")]
 pub use labels::{
-    LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes, label_scenes,
+    ChangedScene, LabelledScene, Labeller, Look, Oracle, ScenesOf, Viewpoint, exemplar_scenes,
+    label_scenes,
 };
 #[cfg(feature = "sim")]
 pub use robot::{SimHardware, SimSetup, read_scene};
