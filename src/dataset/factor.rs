@@ -76,7 +76,11 @@ impl Factor {
     pub fn values_text(&self) -> String {
         match &self.values {
             Values::Whole([low, high]) => format!("{low}..{high}"),
-            Values::Real([low, high]) => format!("{low:?}..{high:?}"),
+            Values::Real(ends) => {
+                // As TOML writes them: with a point, which tells them from whole numbers.
+                let [low, high] = ends.map(toml::Value::Float);
+                format!("{low}..{high}")
+            }
             Values::OneOf(values) => listed(values),
         }
     }
