@@ -59,6 +59,8 @@ pub mod run;
 pub mod facade;
 #[cfg(feature = "sim")]
 pub mod dataset;
+pub mod domain_check;
+pub mod new_domain;
 pub mod eval;
 pub mod sweep;
 pub mod stress;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Failure, exemplar_check, out};
-use crate::run::load_run;
+use crate::run::{RunConfig, load_run};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
@@ -35,14 +35,27 @@ pub(super) fn run(verb: &Verb) -> Result<u8, Failure> {
     }
 }
 
-#[cfg(feature = "sim")]
 fn render(args: &Args) -> Result<u8, Failure> {
+    let config = load_run(&args.config, &args.sets)?;
+    for line in render_examples(&config, &args.camera, &args.folder)? {
+        out::line(&line);
+    }
+    Ok(0)
+}
+
+/// Renders and labels the examples of a run file's camera into a folder below the domain's `exemplar/`; a
+/// line about each.
+#[cfg(feature = "sim")]
+pub(super) fn render_examples(
+    config: &RunConfig,
+    camera: &str,
+    folder: &str,
+) -> Result<Vec<String>, Failure> {
     use crate::hardware::sim::label_scenes;
     use crate::run::ConfigError;
 
-    let config = load_run(&args.config, &args.sets)?;
-    let folder = config.domain_folder()?;
-    let target = folder.files.below("exemplar").below(&args.folder);
+    let domain = config.domain_folder()?;
+    let target = domain.files.below("exemplar").below(folder);
     let Some(target) = target.on_disk() else {
         let copy = "name a copy on disk as the domain: --set domain=PATH";
         return Err(Failure::bad_input(format!("{target}: cannot be written to; {copy}")));
@@ -53,11 +66,12 @@ fn render(args: &Args) -> Result<u8, Failure> {
     };
     std::fs::create_dir_all(target)
         .map_err(|e| Failure::bad_input(format!("{}: {e}", target.display())))?;
-    config.check_camera("--camera", &args.camera)?;
-    let sim = config.sim()?.seen_by(&args.camera);
-    let sim = sim
-        .ok_or_else(|| Failure::bad_input(format!("--camera: {} is not simulated", args.camera)))?;
-    let scenes = label_scenes(folder.scenes(), sim, config.seed);
+    config.check_camera("--camera", camera)?;
+    let sim = config.sim()?.seen_by(camera);
+    let sim =
+        sim.ok_or_else(|| Failure::bad_input(format!("--camera: {camera} is not simulated")))?;
+    let scenes = label_scenes(domain.scenes(), sim, config.seed);
+    let mut lines = Vec::new();
     for scene in scenes.map_err(ConfigError::from)? {
         let stem = target.join(&scene.name);
         scene.image.save(stem.with_extension("png")).map_err(Failure::internal)?;
@@ -65,17 +79,20 @@ fn render(args: &Args) -> Result<u8, Failure> {
         write(&stem.with_extension("masks.json"), scene.masks.as_bytes())?;
         write(&stem.with_extension("volumes.json"), scene.volumes.as_bytes())?;
         write(&stem.with_extension("pddl"), scene.state.as_bytes())?;
-        out::line(&format!("{}: {} objects", stem.display(), scene.n_objects));
+        lines.push(format!("{}: {} objects", stem.display(), scene.n_objects));
     }
-    Ok(0)
+    Ok(lines)
 }
 
 /// Without the simulator there is nothing to render.
 #[cfg(not(feature = "sim"))]
-fn render(args: &Args) -> Result<u8, Failure> {
-    let config = load_run(&args.config, &args.sets)?;
+pub(super) fn render_examples(
+    config: &RunConfig,
+    _: &str,
+    folder: &str,
+) -> Result<Vec<String>, Failure> {
     config.domain_folder()?;
-    out::note(&format!("{} is not written", args.folder));
+    out::note(&format!("{folder} is not written"));
     let error = crate::parts::PartError::missing("the simulator", "build with `--features sim`");
     Err(crate::run::ConfigError::from(error).into())
 }

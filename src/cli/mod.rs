@@ -5,6 +5,7 @@ mod out;
 mod camera;
 mod config;
 mod dataset;
+mod domain;
 mod eval;
 mod exemplar_check;
 mod exemplar;
@@ -12,6 +13,7 @@ mod goal;
 mod ground;
 mod hardware;
 mod narrate;
+mod new;
 mod parts;
 mod plan;
 mod reports;
@@ -93,6 +95,12 @@ enum Verb {
     /// Make data sets of rendered scenes.
     #[command(subcommand)]
     Dataset(dataset::Verb),
+    /// Check domain folders.
+    #[command(subcommand)]
+    Domain(domain::Verb),
+    /// Start a domain of your own.
+    #[command(subcommand)]
+    New(new::Verb),
     /// List detectors, planners and all other parts, with their options.
     Parts(parts::Args),
     /// Measure on data sets.
@@ -124,6 +132,8 @@ pub fn main() -> ExitCode {
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(verb) => exemplar::run(&verb),
         Verb::Dataset(verb) => dataset::run(&verb),
+        Verb::Domain(verb) => domain::run(&verb),
+        Verb::New(verb) => new::run(&verb),
         Verb::Parts(args) => parts::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Stress(args) => stress::run(&args),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::domain_check::DomainFinding;
 use crate::metrics::EpisodeReport;
 use crate::parts::PartOption;
 use crate::pddl::Atom;
@@ -191,6 +192,18 @@ pub(super) struct ExemplarFindingReport {
     pub(super) found_box: Option<[f64; 4]>,
     /// What is wrong, why, and what to do, in words.
     pub(super) message: String,
+}
+
+/// Output of `groundloop domain check --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop domain check --json")]
+pub(super) struct DomainCheckReport {
+    /// The folder.
+    pub(super) folder: String,
+    /// Whether nothing was found.
+    pub(super) right: bool,
+    /// What is missing in it, or at odds with another of its files.
+    pub(super) findings: Vec<DomainFinding>,
 }
 
 /// Output of `groundloop goal --json`.

@@ -6,12 +6,13 @@
 
 mod shipped;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use shipped::{embedded, embedded_below};
+use shipped::{embedded, embedded_below, embedded_folders_below};
 pub use shipped::{shipped_domains, shipped_names, shipped_sweeps};
 
 /// A file cannot be read.
@@ -101,6 +102,20 @@ impl Folder {
         names.retain(|name| name.ends_with(ending));
         names.sort_unstable();
         Ok(names)
+    }
+
+    /// Names of the folders in this folder, in order; none where there is no such folder.
+    pub fn folder_names(&self) -> Vec<String> {
+        let names: BTreeSet<String> = match self {
+            Self::Disk(path) => {
+                let entries = std::fs::read_dir(path).into_iter().flatten();
+                let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+                let folders = paths.filter(|path| path.is_dir());
+                folders.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned())).collect()
+            }
+            Self::Embedded(path) => embedded_folders_below(path),
+        };
+        names.into_iter().collect()
     }
 }
 
@@ -225,6 +240,7 @@ mod tests {
                 (Folder::Disk(root.join(path)), Folder::Embedded(path.to_owned()));
             let names = disk.names("").unwrap();
             assert_eq!(names, embedded.names("").unwrap(), "{path}");
+            assert_eq!(disk.folder_names(), embedded.folder_names(), "{path}");
             for name in names {
                 assert_eq!(disk.file(&name).bytes(), embedded.file(&name).bytes(), "{name}");
             }

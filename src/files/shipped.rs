@@ -1,6 +1,7 @@
 //! What the binary carries: `domains/` and `configs/`.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use rust_embed::Embed;
 
@@ -25,6 +26,16 @@ pub(super) fn embedded_below(folder: &str) -> Vec<String> {
     let below =
         all.filter_map(|path| path.strip_prefix(folder)?.strip_prefix('/').map(str::to_owned));
     below.filter(|name| !name.contains('/')).collect()
+}
+
+/// Names of the folders of embedded files in a folder, in order.
+pub(super) fn embedded_folders_below(folder: &str) -> BTreeSet<String> {
+    let all = Domains::iter().chain(Configs::iter());
+    let below = all.filter_map(|path| {
+        let rest = path.strip_prefix(folder)?.strip_prefix('/')?;
+        rest.split_once('/').map(|(name, _)| name.to_owned())
+    });
+    below.collect()
 }
 
 /// Names of the shipped domains, in order.

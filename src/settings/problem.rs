@@ -77,6 +77,15 @@ impl SettingsProblem {
         self.order
     }
 
+    /// File, line and column, as far as there are any.
+    pub(crate) fn place(&self) -> String {
+        match &self.at {
+            At::Place(place) => place.to_string(),
+            At::File(file) => file.clone(),
+            At::Set | At::Nowhere => String::new(),
+        }
+    }
+
     /// Key and message, without the place.
     pub(crate) fn keyed(&self) -> String {
         if self.key.is_empty() {

@@ -24,6 +24,7 @@ use crate::pddl::Domain;
 pub(super) use contradictions::first_circle;
 use resolve::Resolver;
 use vocabulary::Vocabulary;
+pub use vocabulary::{WordFault, word_faults};
 
 /// Most bytes of an instruction.
 pub const INSTRUCTION_BYTES_MAX: usize = 4096;

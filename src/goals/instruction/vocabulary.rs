@@ -1,6 +1,7 @@
 //! Every phrase that means something, from the domain's language and the objects in view.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use super::super::language::{Language, misfit};
 use super::super::{GoalError, GoalObject};
@@ -35,6 +36,58 @@ pub(super) enum Meaning {
     Named(Name),
 }
 
+impl Meaning {
+    /// The key of `language.toml` that phrases of this meaning stand below.
+    fn key(&self) -> &'static str {
+        match self {
+            Self::Filler => "fillers",
+            Self::Separator | Self::Stop => "separators",
+            Self::HeadingEnd => "heading_ends",
+            Self::All => "all",
+            Self::Pronoun => "pronouns",
+            Self::Source => "sources",
+            Self::Number(_) => "numbers",
+            Self::Colour(_) => "colours",
+            Self::Noun { .. } | Self::Everything(_) | Self::Named(_) => "noun",
+            Self::Before(_) | Self::After(_) => "position",
+            Self::Relation(_) => "relation",
+            Self::Property(_) => "property",
+            Self::Sequence(_) => "sequence",
+            Self::Stacks => "stacks",
+        }
+    }
+}
+
+/// A phrase of `language.toml` that cannot mean what it is to mean.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WordFault {
+    /// The key that it stands below.
+    pub key: &'static str,
+    /// The phrase.
+    pub phrase: String,
+    /// The key below which it means something else already; `None`: it has no word but articles.
+    pub other: Option<&'static str>,
+}
+
+impl fmt::Display for WordFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { key, phrase, .. } = self;
+        match self.other {
+            None => write!(f, "{key}: \"{phrase}\" has no word but articles"),
+            Some(_) => write!(f, "{key}: \"{phrase}\" already means something else"),
+        }
+    }
+}
+
+/// Every phrase of a language that cannot mean what it is to mean, in the order of its lists.
+pub fn word_faults(language: &Language) -> Vec<WordFault> {
+    let articles = language.articles.iter().map(|word| word.to_lowercase()).collect();
+    let mut vocabulary = Vocabulary { articles, phrases: BTreeMap::new(), words_max: 1 };
+    let mut faults = Vec::new();
+    vocabulary.fill(language, std::iter::empty(), &mut faults);
+    faults
+}
+
 /// Phrases (as lists of lower-case words without articles) and what they mean.
 #[derive(Debug)]
 pub(super) struct Vocabulary {
@@ -49,17 +102,31 @@ impl Vocabulary {
     pub(super) fn new(language: &Language, objects: &[GoalObject]) -> Result<Self, GoalError> {
         let articles = language.articles.iter().map(|word| word.to_lowercase()).collect();
         let mut vocabulary = Self { articles, phrases: BTreeMap::new(), words_max: 1 };
-        for (key, phrases, meaning) in entries(language) {
-            for phrase in phrases {
-                vocabulary.add(key, phrase, meaning.clone())?;
-            }
-        }
         let colours = objects.iter().filter_map(|object| object.colour.as_ref());
-        for colour in colours.chain(language.colours.keys()) {
-            vocabulary.add("colours", colour.as_str(), Meaning::Colour(colour.clone()))?;
+        let mut faults = Vec::new();
+        vocabulary.fill(language, colours, &mut faults);
+        if let Some(fault) = faults.into_iter().next() {
+            return Err(misfit(fault.to_string()));
         }
         vocabulary.add_names(objects);
         Ok(vocabulary)
+    }
+
+    /// Takes in every phrase of the language, and these colours; what it cannot take is a fault.
+    fn fill<'a>(
+        &mut self,
+        language: &'a Language,
+        colours: impl Iterator<Item = &'a Name>,
+        faults: &mut Vec<WordFault>,
+    ) {
+        for (key, phrases, meaning) in entries(language) {
+            let added = phrases.iter().map(|phrase| self.add(key, phrase, meaning.clone()));
+            faults.extend(added.filter_map(Result::err));
+        }
+        for colour in colours.chain(language.colours.keys()) {
+            let meaning = Meaning::Colour(colour.clone());
+            faults.extend(self.add("colours", colour.as_str(), meaning).err());
+        }
     }
 
     /// Every single word of every phrase.
@@ -67,19 +134,20 @@ impl Vocabulary {
         self.phrases.keys().flatten().chain(&self.articles).map(String::as_str)
     }
 
-    fn add(&mut self, key: &str, phrase: &str, meaning: Meaning) -> Result<(), GoalError> {
+    fn add(&mut self, key: &'static str, phrase: &str, meaning: Meaning) -> Result<(), WordFault> {
+        let fault = |other| WordFault { key, phrase: phrase.to_owned(), other };
         let mut words = split(phrase);
         words.retain(|word| !self.articles.contains(word));
         if words.is_empty() {
-            return Err(misfit(format!("{key}: \"{phrase}\" has no word but articles")));
+            return Err(fault(None));
         }
         self.words_max = self.words_max.max(words.len());
         let meanings = self.phrases.entry(words).or_default();
         if meanings.contains(&meaning) {
             return Ok(());
         }
-        if meanings.iter().any(|other| !may_share(other, &meaning)) {
-            return Err(misfit(format!("{key}: \"{phrase}\" already means something else")));
+        if let Some(other) = meanings.iter().find(|other| !may_share(other, &meaning)) {
+            return Err(fault(Some(other.key())));
         }
         meanings.push(meaning);
         Ok(())

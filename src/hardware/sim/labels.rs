@@ -306,6 +306,14 @@ impl<'a> ChangedScene<'a> {
         Ok(Self { file, spec })
     }
 
+    /// Whether the scene can be built: nothing overlaps, and everything comes to rest.
+    ///
+    /// # Errors
+    /// [`PartError::File`] naming the scene file and the bodies.
+    pub fn check(&self, sim: &SimConfig, seed: u64) -> Result<(), PartError> {
+        self.world(sim, seed).map(drop)
+    }
+
     fn world(&self, sim: &SimConfig, seed: u64) -> Result<World, PartError> {
         World::new(&self.spec, &sim.world, seed).map_err(|e| fault(self.file, e))
     }

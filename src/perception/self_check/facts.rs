@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use super::finding::{BoxOrigin, FindingKind};
 use super::{LabelledImage, SelfCheck};
 use crate::logic::Truth;
-use crate::pddl::{Atom, Name};
+use crate::pddl::{Atom, Domain, Name};
 use crate::perception::grounders::{slots, tuples};
-use crate::perception::model::{Exemplar, ObjectBox, When};
+use crate::perception::model::{Exemplar, ObjectBox, Perception, When};
 use crate::perception::{
     Detections, FrameView, GripperContent, Observation, Pipeline, State, StillError, Unexplained,
 };
@@ -100,28 +100,54 @@ fn unlike<'a>(
     unlike.map(|(atom, is_labelled, truth)| (atom.clone(), is_labelled, truth)).collect()
 }
 
+/// How often labelled examples show an observed predicate.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TaughtPredicate {
+    /// The predicate.
+    pub predicate: Name,
+    /// Tuples of labelled objects of which it holds.
+    pub n_positive: usize,
+    /// Tuples of which it does not.
+    pub n_negative: usize,
+}
+
+/// How often the examples show each observed predicate to hold, and not to hold.
+pub fn taught(
+    domain: &Domain,
+    perception: &Perception,
+    exemplars: &[&Exemplar],
+) -> Vec<TaughtPredicate> {
+    let mut found = Vec::new();
+    for spec in &perception.observed {
+        // A predicate that the domain does not have was refused when the grounder was made.
+        let Ok(slots) = slots(domain, spec) else { continue };
+        let predicate = spec.predicate.clone();
+        let mut taught = TaughtPredicate { predicate, n_positive: 0, n_negative: 0 };
+        for exemplar in exemplars {
+            for tuple in tuples(&domain.types, &slots, &exemplar.objects) {
+                let args = tuple.iter().map(|&at| exemplar.objects[at].name.clone()).collect();
+                let atom = Atom { predicate: spec.predicate.clone(), args };
+                let holds = exemplar.init.contains(&atom);
+                *(if holds { &mut taught.n_positive } else { &mut taught.n_negative }) += 1;
+            }
+        }
+        found.push(taught);
+    }
+    found
+}
+
 /// Observed predicates that no example shows to hold, or none not to hold.
 pub(super) fn untaught(pipeline: &Pipeline<'_>, exemplars: &[&Exemplar]) -> Vec<FindingKind> {
     let Pipeline { domain, perception, grounder, .. } = *pipeline;
     let told_by_grounder = grounder.untaught();
     let mut kinds = Vec::new();
-    for spec in &perception.observed {
-        // A predicate that the domain does not have was refused when the grounder was made.
-        let Ok(slots) = slots(domain, spec) else { continue };
-        let (mut n_positive, mut n_negative) = (0, 0);
-        for exemplar in exemplars {
-            for tuple in tuples(&domain.types, &slots, &exemplar.objects) {
-                let args = tuple.iter().map(|&at| exemplar.objects[at].name.clone()).collect();
-                let atom = Atom { predicate: spec.predicate.clone(), args };
-                let count =
-                    if exemplar.init.contains(&atom) { &mut n_positive } else { &mut n_negative };
-                *count += 1;
-            }
-        }
-        let unknown_where_touching = told_by_grounder.contains(&&spec.predicate);
+    for TaughtPredicate { predicate, n_positive, n_negative } in
+        taught(domain, perception, exemplars)
+    {
+        let unknown_where_touching = told_by_grounder.contains(&&predicate);
         for (n, holds) in [(n_positive, true), (n_negative, false)] {
             if n == 0 {
-                let predicate = spec.predicate.clone();
+                let predicate = predicate.clone();
                 kinds.push(FindingKind::Untaught { predicate, holds, unknown_where_touching });
             }
         }

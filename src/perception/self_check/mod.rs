@@ -16,6 +16,7 @@ mod facts;
 #[cfg(test)]
 mod tests;
 
+pub use facts::{TaughtPredicate, taught};
 pub use finding::{BoxOrigin, ExemplarFinding, FindingKind, Label, NotFoundReason};
 
 use super::detectors::Detector;
