@@ -8,10 +8,14 @@ use rapier3d::prelude::{
     ColliderBuilder, Group, InteractionGroups, InteractionTestMode, Pose, SharedShape, Vector,
 };
 
+use crate::body_spec::BodySpec;
 use crate::config::WorldConfig;
 use crate::convert;
-use crate::scene::{SceneError, SceneSpec};
+use crate::material::Material;
+use crate::scene::SceneSpec;
+use crate::scene_error::SceneError;
 use crate::shape::Shape;
+use crate::solid::{Form, Solid};
 
 /// Half the side of the square table top, in metres: larger than anything can roll.
 const TABLE_HALF_M: f32 = 2.0;
@@ -27,13 +31,13 @@ const OVERLAP_MAX_M: f64 = 0.0003;
 /// What a part meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// The table and boards: meet solids and rings.
+    /// The table, boards and other solids that are fixed: meet solids and rings.
     Ground,
-    /// Blocks: meet everything but rings.
+    /// Blocks and other solids that move: meet everything but rings.
     Solid,
-    /// The filled outline of a disk: meets solids and plates.
+    /// The filled outline of a disk or a tube: meets solids and plates.
     Plate,
-    /// A disk with its hole: meets the ground and pegs.
+    /// A disk or a tube with its hole: meets the ground and pegs.
     Ring,
     /// A peg: meets solids and rings.
     Peg,
@@ -59,19 +63,18 @@ impl Role {
 /// A disk has two: the cylinder that it stacks with, and a ring of twelve convex wedges that lies
 /// on the table and goes around pegs. Stacked on each other, the wedges of two turned disks would
 /// overlap in slivers that are thinner than deep, which pushes the disks sideways and tilts them;
-/// and a disk that falls on a round rim would roll off the table. A peg is a prism with a tapered
-/// tip, which leads a disk that comes down off its axis. A hull that cannot be built is left out,
-/// which checked sizes rule out.
-fn parts(shape: &Shape) -> Vec<(Role, SharedShape)> {
-    let half = shape.size_m() * 0.5;
-    match shape {
-        Shape::Block { .. } | Shape::Board { .. } => {
-            let cuboid = SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32);
-            let role = if shape.is_fixed() { Role::Ground } else { Role::Solid };
-            vec![(role, cuboid)]
+/// and a disk that falls on a round rim would roll off the table. A tube is a higher disk. A peg is
+/// a prism with a tapered tip, which leads a disk that comes down off its axis. A hull that cannot
+/// be built is left out, which checked sizes rule out.
+fn parts(body: &BodySpec) -> Vec<(Role, SharedShape)> {
+    let half = body.shape.size_m() * 0.5;
+    let role = if body.is_fixed() { Role::Ground } else { Role::Solid };
+    match &body.shape {
+        Shape::Block { .. } | Shape::Board { .. } | Shape::Box { .. } => {
+            vec![(role, SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32))]
         }
-        Shape::Disk { .. } => {
-            let wedges = shape.wedges().into_iter().filter_map(|wedge| hull(&wedge));
+        Shape::Disk { .. } | Shape::Tube { .. } => {
+            let wedges = body.shape.wedges().into_iter().filter_map(|wedge| hull(&wedge));
             let ring = SharedShape::compound(wedges.map(|part| (Pose::identity(), part)).collect());
             let plate = SharedShape::cylinder(half.z as f32, half.x as f32);
             vec![(Role::Plate, plate), (Role::Ring, ring)]
@@ -79,7 +82,28 @@ fn parts(shape: &Shape) -> Vec<(Role, SharedShape)> {
         Shape::Peg { .. } => {
             let shoulder = (half.z - TIP_M).max(0.0);
             let girth = [(-half.z, half.x), (shoulder, half.x), (half.z, TIP_SHARE * half.x)];
-            hull(&rings(&girth)).map(|peg| (Role::Peg, peg)).into_iter().collect()
+            let peg = hull(&rings(&girth));
+            peg.map(|peg| (Role::Peg, peg)).into_iter().collect()
+        }
+        Shape::Cylinder { .. } | Shape::Compound { .. } => {
+            let solids = body.shape.solids();
+            vec![(role, SharedShape::compound(solids.iter().map(solid_part).collect()))]
+        }
+    }
+}
+
+/// A part of a compound with its place in the body: rapier's cylinders stand along y.
+fn solid_part(solid: &Solid) -> (Pose, SharedShape) {
+    let half = solid.half;
+    let at = Vector::new(solid.middle.x as f32, solid.middle.y as f32, solid.middle.z as f32);
+    match solid.form {
+        Form::Box => {
+            let cuboid = SharedShape::cuboid(half.x as f32, half.y as f32, half.z as f32);
+            (Pose::from_translation(at), cuboid)
+        }
+        Form::Cylinder => {
+            let turn = frame(Role::Plate).rotation;
+            (Pose::from_parts(at, turn), SharedShape::cylinder(half.z as f32, half.x as f32))
         }
     }
 }
@@ -107,17 +131,27 @@ fn rings(heights_and_radii: &[(f64, f64)]) -> Vec<Point3<f64>> {
     heights_and_radii.iter().flat_map(ring).collect()
 }
 
-/// The colliders of a body.
-pub(crate) fn colliders(shape: &Shape, config: &WorldConfig) -> Vec<ColliderBuilder> {
-    let friction = match shape {
-        Shape::Block { .. } => config.block_friction,
-        Shape::Disk { .. } => config.disk_friction,
+/// The colliders of a body; without a material of its own it is made of what the world says for its
+/// shape.
+pub(crate) fn colliders(
+    body: &BodySpec,
+    material: Option<&Material>,
+    config: &WorldConfig,
+) -> Vec<ColliderBuilder> {
+    let usual_friction = match body.shape {
+        Shape::Disk { .. } | Shape::Tube { .. } => config.disk_friction,
         Shape::Peg { .. } => config.peg_friction,
         Shape::Board { .. } => config.table_friction,
+        Shape::Block { .. }
+        | Shape::Box { .. }
+        | Shape::Cylinder { .. }
+        | Shape::Compound { .. } => config.block_friction,
     };
+    let friction = material.map_or(usual_friction, |material| material.friction);
+    let density_kg_m3 = material.map_or(config.density_kg_m3, |material| material.density_kg_m3);
     let collider = |(role, part): (Role, SharedShape)| {
         // A disk's mass is its ring's: the plate fills the hole.
-        let density = if role == Role::Plate { 0.0 } else { config.density_kg_m3 };
+        let density = if role == Role::Plate { 0.0 } else { density_kg_m3 };
         ColliderBuilder::new(part)
             .density(density as f32)
             .friction(friction as f32)
@@ -125,7 +159,7 @@ pub(crate) fn colliders(shape: &Shape, config: &WorldConfig) -> Vec<ColliderBuil
             .collision_groups(role.groups())
             .position(frame(role))
     };
-    parts(shape).into_iter().map(collider).collect()
+    parts(body).into_iter().map(collider).collect()
 }
 
 /// The table: a slab with its top at z = 0.
@@ -139,8 +173,8 @@ pub(crate) fn table(config: &WorldConfig) -> ColliderBuilder {
 
 /// How deep two bodies are inside each other, in metres; 0 when they are apart.
 pub(crate) fn overlap_m(
-    first: (&Shape, &Isometry3<f64>),
-    second: (&Shape, &Isometry3<f64>),
+    first: (&BodySpec, &Isometry3<f64>),
+    second: (&BodySpec, &Isometry3<f64>),
 ) -> f64 {
     let (pose_1, pose_2) = (convert::pose(first.1), convert::pose(second.1));
     let mut deepest = 0.0_f64;
@@ -165,11 +199,11 @@ pub(crate) fn check_overlaps(spec: &SceneSpec, poses: &[Isometry3<f64>]) -> Resu
     for second in 0..poses.len() {
         for first in 0..second {
             let (a, b) = (&spec.bodies[first], &spec.bodies[second]);
-            let both_fixed = a.shape.is_fixed() && b.shape.is_fixed();
+            let both_fixed = a.is_fixed() && b.is_fixed();
             if both_fixed && (is_board(first) || is_board(second)) {
                 continue;
             }
-            let depth_m = overlap_m((&a.shape, &poses[first]), (&b.shape, &poses[second]));
+            let depth_m = overlap_m((a, &poses[first]), (b, &poses[second]));
             if depth_m > OVERLAP_MAX_M {
                 return Err(SceneError::Overlap {
                     first: a.name.clone(),

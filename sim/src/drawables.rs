@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::gripper;
-use crate::light;
+use crate::light::{self, Finish};
 use crate::mesh::Geometry;
 use crate::world::World;
 
@@ -20,6 +20,8 @@ pub(crate) struct Drawable {
     pub(crate) world_from_body: Isometry3<f64>,
     /// Linear surface colour.
     pub(crate) colour: [f32; 3],
+    /// How it reflects the key light.
+    pub(crate) finish: Finish,
     /// Image id.
     pub(crate) id: u16,
     /// Whether it throws a shadow.
@@ -45,15 +47,17 @@ impl Drawable {
 /// The fixed and the moving things of a world. Ids of bodies are 1 + their place in the scene.
 pub(crate) fn of(world: &World) -> [Vec<Drawable>; 2] {
     let (mut fixed, mut moving) = (Vec::new(), Vec::new());
-    for (id, body) in (1_u16..).zip(world.bodies()).filter(|(_, body)| !body.is_out) {
+    let bodies = (1_u16..).zip(world.bodies()).zip(&world.bodies);
+    for ((id, body), made) in bodies.filter(|((_, body), _)| !body.is_out) {
         let drawable = Drawable {
-            geometry: Geometry::Body(body.spec.shape),
+            geometry: Geometry::Body(body.spec.shape.clone()),
             world_from_body: body.world_from_body,
             colour: body.spec.colour.0.map(light::linear),
+            finish: Finish::of(made.material.as_ref()),
             id,
             casts: true,
         };
-        let list = if body.spec.shape.is_fixed() { &mut fixed } else { &mut moving };
+        let list = if body.spec.is_fixed() { &mut fixed } else { &mut moving };
         list.push(drawable);
     }
     let world_from_gripper = world.gripper.pose();
@@ -64,6 +68,7 @@ pub(crate) fn of(world: &World) -> [Vec<Drawable>; 2] {
             geometry: Geometry::Link(link.size),
             world_from_body,
             colour: grey,
+            finish: Finish::of(None),
             id: GRIPPER_ID,
             casts: world_from_body.translation.z < SHADOW_HEIGHT_MAX_M,
         });

@@ -57,8 +57,13 @@
 
 mod random;
 mod convert;
+mod solid;
 mod shape;
+mod scene_error;
+mod material;
+mod body_spec;
 mod scene;
+mod places;
 mod layout;
 mod config;
 mod gripper;
@@ -68,7 +73,6 @@ mod push;
 mod world;
 mod state;
 mod truth;
-mod places;
 mod faults;
 mod camera;
 mod mesh;
@@ -81,6 +85,7 @@ mod view;
 mod backdrop;
 mod render;
 
+pub use body_spec::{BodySpec, SCENERY};
 pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, Mount, NoiseSpec};
 pub use config::{STEPS_PER_SECOND, WorldConfig};
 pub use drawables::GRIPPER_ID;
@@ -89,9 +94,12 @@ pub use gripper::{
     ACCELERATION_MAX_M_S2, CommandError, GripperCommand, GripperState, OPENING_MAX_M,
     SPEED_MAX_M_S, WORKSPACE_M,
 };
+pub use material::{MATERIALS, Material};
 pub use random::Random;
 pub use render::{Frame, Renderer};
-pub use scene::{Arrangement, BODIES_MAX, BodySpec, FixedStack, FixedTower, SceneError, SceneSpec};
+pub use scene::{Arrangement, FixedStack, FixedTower, SceneSpec};
+pub use scene_error::{BODIES_MAX, SceneError};
 pub use shape::{Colour, Shape};
+pub use solid::ShapePart;
 pub use truth::{BodyTruth, Truth};
 pub use world::{BodyView, World};

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::camera::LightSpec;
+use crate::material::{Material, USUAL_GLOSS, USUAL_POLISH};
 use crate::random::Random;
 
 const KEY: f64 = 1.0;
@@ -12,8 +13,22 @@ const POOL_M: [f64; 2] = [0.3, 1.15];
 const POOL_DEPTH: f64 = 0.5;
 /// The table fades into the backdrop between these y, in metres.
 const HAZE_M: [f64; 2] = [0.35, 1.1];
-const GLOSS: f64 = 0.16;
-const GLOSS_POWER: i32 = 36;
+
+/// How a surface reflects the key light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Finish {
+    gloss: f64,
+    power: i32,
+}
+
+impl Finish {
+    /// That of a material; without one the usual.
+    pub(crate) fn of(material: Option<&Material>) -> Self {
+        let gloss = material.map_or(USUAL_GLOSS, |material| material.gloss);
+        let power = material.map_or(USUAL_POLISH, |material| material.polish);
+        Self { gloss, power: i32::from(power) }
+    }
+}
 
 /// The light of one camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,12 +70,13 @@ impl Light {
         point: &Point3<f64>,
         normal: &Vector3<f64>,
         eye: &Point3<f64>,
+        finish: Finish,
     ) -> f64 {
         if self.to_key.dot(normal) <= 0.0 {
             return 0.0;
         }
         let between = ((eye - point).normalize() + self.to_key).normalize();
-        self.intensity * GLOSS * between.dot(normal).max(0.0).powi(GLOSS_POWER)
+        self.intensity * finish.gloss * between.dot(normal).max(0.0).powi(finish.power)
     }
 }
 

@@ -5,15 +5,17 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::Vector3;
 
 use crate::shape::Shape;
+use crate::solid::{Form, Solid};
 
 /// Radius of the rounding of blocks and disks, in metres. The physics has sharp edges.
 const ROUNDING_M: f64 = 0.0025;
 const DISK_SEGMENTS: usize = 40;
 const PEG_SEGMENTS: usize = 24;
 const TIP_SEGMENTS: usize = 5;
+const EDGE_SEGMENTS: usize = 3;
 
 /// What a mesh is made for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Geometry {
     /// A body of a scene.
     Body(Shape),
@@ -42,19 +44,39 @@ type OutlinePoint = ([f64; 2], [f64; 2]);
 impl Mesh {
     /// The mesh of a body or a link.
     pub(crate) fn of(geometry: &Geometry) -> Self {
-        match *geometry {
-            Geometry::Link(size) => cuboid(&size, 0.0012),
-            Geometry::Body(Shape::Block { size_m }) => {
-                cuboid(&Vector3::repeat(size_m), ROUNDING_M.min(0.1 * size_m))
-            }
-            Geometry::Body(Shape::Board { size_m }) => {
-                cuboid(&Vector3::from(size_m), ROUNDING_M.min(0.2 * size_m[2]))
-            }
-            Geometry::Body(Shape::Disk { outer_radius_m, hole_radius_m, thickness_m }) => {
-                ring(outer_radius_m, hole_radius_m, thickness_m)
-            }
-            Geometry::Body(Shape::Peg { radius_m, height_m }) => peg(radius_m, height_m),
+        match geometry {
+            Geometry::Link(size) => cuboid(size, 0.0012),
+            Geometry::Body(shape) => match shape {
+                Shape::Block { size_m } => {
+                    cuboid(&Vector3::repeat(*size_m), ROUNDING_M.min(0.1 * size_m))
+                }
+                Shape::Board { size_m } => {
+                    cuboid(&Vector3::from(*size_m), ROUNDING_M.min(0.2 * size_m[2]))
+                }
+                Shape::Disk { .. } | Shape::Tube { .. } => {
+                    shape.ring().map(|r| ring(r.outer_m, r.hole_m, r.height_m)).unwrap_or_default()
+                }
+                Shape::Peg { radius_m, height_m } => peg(*radius_m, *height_m),
+                Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Compound { .. } => {
+                    let mut mesh = Self::default();
+                    shape.solids().iter().for_each(|solid| mesh.add(solid));
+                    mesh
+                }
+            },
         }
+    }
+
+    /// Adds a solid at its place.
+    fn add(&mut self, solid: &Solid) {
+        let rounding = ROUNDING_M.min(0.2 * solid.half.min());
+        let part = match solid.form {
+            Form::Box => cuboid(&(solid.half * 2.0), rounding),
+            Form::Cylinder => cylinder(solid.half.x, solid.half.z, rounding),
+        };
+        let n_before = self.corners.len();
+        let moved = |corner: Corner| Corner { position: corner.position + solid.middle, ..corner };
+        self.corners.extend(part.corners.into_iter().map(moved));
+        self.triangles.extend(part.triangles.into_iter().map(|t| t.map(|k| k + n_before)));
     }
 
     fn quad(&mut self, corners: [usize; 4]) {
@@ -150,6 +172,19 @@ fn ring(outer: f64, hole: f64, thickness: f64) -> Mesh {
     Mesh::turned(&outline, true, DISK_SEGMENTS)
 }
 
+/// A cylinder whose upper and lower edges are round, so that light shines on them.
+fn cylinder(radius: f64, half: f64, b: f64) -> Mesh {
+    let edge = |k: usize, up: f64| {
+        let (sin, cos) = (FRAC_PI_2 * k as f64 / EDGE_SEGMENTS as f64).sin_cos();
+        ([radius - b + b * cos, up * (half - b + b * sin)], [cos, up * sin])
+    };
+    let mut outline = vec![([0.0, -half], [0.0, -1.0])];
+    outline.extend((0..=EDGE_SEGMENTS).rev().map(|k| edge(k, -1.0)));
+    outline.extend((0..=EDGE_SEGMENTS).map(|k| edge(k, 1.0)));
+    outline.push(([0.0, half], [0.0, 1.0]));
+    Mesh::turned(&outline, false, DISK_SEGMENTS)
+}
+
 fn peg(radius: f64, height: f64) -> Mesh {
     let half = 0.5 * height;
     let mut outline = vec![([radius, -half], [1.0, 0.0])];
@@ -169,7 +204,7 @@ impl Meshes {
     pub(crate) fn get(&mut self, geometry: &Geometry) -> &Mesh {
         let found = self.0.iter().position(|(known, _)| known == geometry);
         let idx = found.unwrap_or_else(|| {
-            self.0.push((*geometry, Mesh::of(geometry)));
+            self.0.push((geometry.clone(), Mesh::of(geometry)));
             self.0.len() - 1
         });
         &self.0[idx].1
@@ -192,7 +227,7 @@ mod tests {
     #[test]
     fn meshes_are_closed_and_turned_outwards() {
         let check = |shape: Shape, expected: f64| {
-            let got = volume(&Mesh::of(&Geometry::Body(shape)));
+            let got = volume(&Mesh::of(&Geometry::Body(shape.clone())));
             assert!((got / expected - 1.0).abs() < 0.03, "{shape:?}: {got} not {expected}");
         };
         check(Shape::Block { size_m: 0.05 }, 0.05_f64.powi(3));
@@ -200,6 +235,9 @@ mod tests {
         let disk = Shape::Disk { outer_radius_m: 0.05, hole_radius_m: 0.012, thickness_m: 0.018 };
         check(disk, area * 0.018);
         check(Shape::Board { size_m: [0.4, 0.2, 0.012] }, 0.4 * 0.2 * 0.012);
+        check(Shape::Box { size_m: [0.06, 0.04, 0.03] }, 0.06 * 0.04 * 0.03);
+        let area = std::f64::consts::PI * 0.02_f64.powi(2);
+        check(Shape::Cylinder { radius_m: 0.02, height_m: 0.06 }, area * 0.06);
     }
 
     #[test]
@@ -208,13 +246,14 @@ mod tests {
             Shape::Block { size_m: 0.05 },
             Shape::Disk { outer_radius_m: 0.05, hole_radius_m: 0.012, thickness_m: 0.018 },
             Shape::Peg { radius_m: 0.008, height_m: 0.13 },
+            Shape::Cylinder { radius_m: 0.02, height_m: 0.06 },
         ] {
             let mesh = Mesh::of(&Geometry::Body(shape));
             for triangle in &mesh.triangles {
                 let [a, b, c] = triangle.map(|k| mesh.corners[k]);
                 let face = (b.position - a.position).cross(&(c.position - a.position));
                 let mean = a.normal + b.normal + c.normal;
-                assert!(face.dot(&mean) >= -1e-12, "{shape:?}");
+                assert!(face.dot(&mean) >= -1e-12, "{triangle:?}");
             }
         }
     }

@@ -3,8 +3,8 @@
 use crate::random::Random;
 use crate::shape::Shape;
 
-/// Room kept between an object that is set down and anything else, in metres.
-const CLEARANCE_M: f64 = 0.015;
+/// Room kept between an object that a fault sets down and anything else, in metres.
+pub(crate) const CLEARANCE_M: f64 = 0.015;
 /// Tangent of the steepest view that is assumed: an object hides what is behind it on the table
 /// for its height divided by this.
 const VIEW_SLOPE: f64 = 0.3;
@@ -36,6 +36,8 @@ pub(crate) struct Places<'a> {
     pub(crate) area_m: [[f64; 2]; 2],
     pub(crate) obstacles: &'a [Obstacle],
     pub(crate) object: Footprint,
+    /// Room kept between the object and anything else, in metres.
+    pub(crate) clearance_m: f64,
 }
 
 impl Obstacle {
@@ -43,10 +45,15 @@ impl Obstacle {
     pub(crate) fn of(shape: &Shape, at_m: [f64; 2], top_m: f64) -> Self {
         let size = shape.size_m();
         match shape {
-            Shape::Board { .. } => {
+            Shape::Board { .. } | Shape::Compound { .. } => {
                 Self { at_m, half_m: [0.5 * size.x, 0.5 * size.y], radius_m: 0.0, top_m }
             }
-            Shape::Block { .. } | Shape::Disk { .. } | Shape::Peg { .. } => {
+            Shape::Block { .. }
+            | Shape::Disk { .. }
+            | Shape::Peg { .. }
+            | Shape::Box { .. }
+            | Shape::Cylinder { .. }
+            | Shape::Tube { .. } => {
                 Self { at_m, half_m: [0.0; 2], radius_m: shape.footprint_radius_m(), top_m }
             }
         }
@@ -91,7 +98,8 @@ impl Places<'_> {
         distances.map(|distance| distance - self.object.radius_m).fold(inside, f64::min)
     }
 
-    fn first_of(&self, candidates: &[[f64; 2]]) -> Option<[f64; 2]> {
+    /// The first candidate that is free; where nothing is hidden, if there is such a one.
+    pub(crate) fn first_of(&self, candidates: &[[f64; 2]]) -> Option<[f64; 2]> {
         let free = || candidates.iter().copied().filter(|&at_m| self.is_free(at_m));
         free().find(|&at_m| self.hides_nothing(at_m)).or_else(|| free().next())
     }
@@ -99,7 +107,7 @@ impl Places<'_> {
     fn is_free(&self, at_m: [f64; 2]) -> bool {
         let [low, high] = self.area_m;
         let inside = (0..2).all(|k| at_m[k] >= low[k] && at_m[k] <= high[k]);
-        let reach = self.object.radius_m + CLEARANCE_M;
+        let reach = self.object.radius_m + self.clearance_m;
         inside && self.obstacles.iter().all(|obstacle| obstacle.distance_m(at_m) >= reach)
     }
 
@@ -120,14 +128,17 @@ impl Places<'_> {
 mod tests {
     use super::*;
 
-    const BLOCK: Footprint = Footprint { radius_m: 0.035, height_m: 0.05 };
+    fn places(obstacles: &[Obstacle]) -> Places<'_> {
+        let object = Footprint { radius_m: 0.035, height_m: 0.05 };
+        let area_m = [[-0.3, -0.2], [0.3, 0.2]];
+        Places { area_m, obstacles, object, clearance_m: CLEARANCE_M }
+    }
 
     #[test]
     fn a_free_point_is_taken_as_it_is_and_a_taken_one_moves_aside() {
         let block = Shape::Block { size_m: 0.05 };
         let obstacles = [Obstacle::of(&block, [0.0, 0.0], 0.05)];
-        let places =
-            Places { area_m: [[-0.3, -0.2], [0.3, 0.2]], obstacles: &obstacles, object: BLOCK };
+        let places = places(&obstacles);
         assert_eq!(places.near([0.2, 0.0]), Some([0.2, 0.0]));
         let aside = places.near([0.01, 0.0]).unwrap();
         assert!(aside[0].hypot(aside[1]) > 0.07 + CLEARANCE_M - 1e-9, "{aside:?}");
@@ -138,8 +149,7 @@ mod tests {
     fn a_full_area_has_no_place() {
         let board = Shape::Board { size_m: [1.0, 1.0, 0.01] };
         let obstacles = [Obstacle::of(&board, [0.0, 0.0], 0.01)];
-        let places =
-            Places { area_m: [[-0.3, -0.2], [0.3, 0.2]], obstacles: &obstacles, object: BLOCK };
+        let places = places(&obstacles);
         assert_eq!(places.random(&mut Random::new(1, 0)), None);
     }
 }

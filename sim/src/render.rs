@@ -185,7 +185,7 @@ fn draw_lit(
         let values = [
             view.light.ambient(&normal),
             view.light.direct(&point, &normal),
-            view.light.highlight(&point, &normal, &eye),
+            view.light.highlight(&point, &normal, &eye, drawable.finish),
         ];
         Vertex { position: (camera_from_world * point).coords, values }
     };

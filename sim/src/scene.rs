@@ -1,13 +1,13 @@
 //! Scene files: which bodies there are and how they are arranged at the start.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::shape::{Colour, Shape};
-
-/// Most bodies one scene may have; image ids and the cost of a step are bounded by it.
-pub const BODIES_MAX: usize = 64;
+use crate::body_spec::BodySpec;
+use crate::material::{MATERIALS, Material};
+use crate::scene_error::{BODIES_MAX, SceneError, check_number};
 
 /// A scene: its bodies and their arrangement. Written as TOML.
 ///
@@ -35,29 +35,18 @@ pub struct SceneSpec {
     pub bodies: Vec<BodySpec>,
     /// Where the bodies that can move are at the start.
     pub arrangement: Arrangement,
-}
-
-/// One body of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BodySpec {
-    /// Unique name, for example `red_block`.
-    pub name: String,
-    /// Shape and size.
-    pub shape: Shape,
-    /// Surface colour.
-    pub colour: Colour,
-    /// Where a peg or a board stands: x and y of its middle. Blocks and disks have none: the
-    /// arrangement places them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at_m: Option<[f64; 2]>,
+    /// Materials of this scene by name, besides those that every scene knows; one of the same name
+    /// takes its place.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, Material>,
 }
 
 /// How the bodies that can move are placed at the start. Every one of them is placed exactly once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
-    /// All blocks in random stacks on slots along x, in one row or several.
+    /// All bodies in random stacks on slots along x, in one row or several; in a stack of other
+    /// bodies than blocks the wider ones are below.
     RandomStacks {
         /// The x of each slot.
         slots_x_m: Vec<f64>,
@@ -86,9 +75,21 @@ pub enum Arrangement {
     },
     /// Every disk on a random peg, larger disks below smaller ones.
     RandomTowers {},
+    /// Every body at a random free place, on the table or on what is fixed there.
+    Scattered {
+        /// Where middles of bodies may be: the lowest and the highest x and y of each area. Each body
+        /// takes one of them at random.
+        areas_m: Vec<[[f64; 2]; 2]>,
+        /// Room kept around a body; 30 mm when absent.
+        #[serde(default = "clearance_m")]
+        clearance_m: f64,
+        /// Each body is turned about z by at most this much; 3 degrees when absent.
+        #[serde(default = "block_jitter_deg")]
+        yaw_jitter_deg: f64,
+    },
     /// Explicit stacks on the table and towers on pegs.
     Fixed {
-        /// Stacks that stand on the table or on a board.
+        /// Stacks that stand on the table or on what is fixed there.
         #[serde(default)]
         stacks: Vec<FixedStack>,
         /// Disks on pegs.
@@ -128,100 +129,8 @@ fn block_jitter_deg() -> f64 {
     3.0
 }
 
-/// Why a scene cannot be built.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SceneError {
-    /// A number of the scene is out of its range.
-    #[error("{field} of {of}: expected {min} to {max}, got {got}")]
-    BadNumber {
-        /// The body or the arrangement.
-        of: String,
-        /// The field.
-        field: &'static str,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-        /// What was written.
-        got: f64,
-    },
-    /// Two bodies share a name, or a name is empty.
-    #[error("body names must be unique and not empty: \"{name}\"")]
-    BadName {
-        /// The name.
-        name: String,
-    },
-    /// The number of bodies is out of range.
-    #[error("expected 1 to {BODIES_MAX} bodies, got {got}")]
-    BodyCount {
-        /// How many there are.
-        got: usize,
-    },
-    /// A peg or a board has no place.
-    #[error("at_m of {name}: a {kind} needs a place, got none")]
-    PlaceMissing {
-        /// The body.
-        name: String,
-        /// Its kind.
-        kind: &'static str,
-    },
-    /// A block or a disk has a place of its own.
-    #[error("at_m of {name}: a {kind} is placed by the arrangement, so it must not have at_m")]
-    PlaceUnexpected {
-        /// The body.
-        name: String,
-        /// Its kind.
-        kind: &'static str,
-    },
-    /// The arrangement names a body that is not in the scene or is of another kind.
-    #[error("{field} of the arrangement: expected the name of a {expected}, got \"{name}\"")]
-    UnknownBody {
-        /// The field.
-        field: &'static str,
-        /// The kind that is needed.
-        expected: &'static str,
-        /// The name as written.
-        name: String,
-    },
-    /// A body that can move is placed never or more than once.
-    #[error("{name} is placed {times} times by the arrangement, expected once")]
-    NotPlacedOnce {
-        /// The body.
-        name: String,
-        /// How often it is placed.
-        times: usize,
-    },
-    /// The slots cannot hold all blocks.
-    #[error("{n_blocks} blocks do not fit on {n_slots} slots with stack_height_max {height_max}")]
-    TooFewSlots {
-        /// Number of blocks.
-        n_blocks: usize,
-        /// Number of slots.
-        n_slots: usize,
-        /// Most blocks in one stack.
-        height_max: usize,
-    },
-    /// A random arrangement of disks needs a peg.
-    #[error("random_towers needs at least one peg")]
-    NoPeg,
-    /// Two bodies would be inside each other at the start.
-    #[error("{first} and {second} would overlap by {depth_mm:.1} mm")]
-    Overlap {
-        /// One body.
-        first: String,
-        /// The other.
-        second: String,
-        /// How deep, in millimetres.
-        depth_mm: f64,
-    },
-    /// The scene did not come to rest.
-    #[error("{name} still moves after {seconds} simulated seconds")]
-    Unsettled {
-        /// A body that moves.
-        name: String,
-        /// How long was waited.
-        seconds: f64,
-    },
+fn clearance_m() -> f64 {
+    0.03
 }
 
 impl SceneSpec {
@@ -238,48 +147,33 @@ impl SceneSpec {
                 return Err(SceneError::BadName { name: body.name.clone() });
             }
             body.check()?;
+            self.material_of(body)?;
+        }
+        for (name, material) in &self.materials {
+            material.check(name)?;
         }
         self.arrangement.check()
+    }
+
+    /// What a body is made of; `None` when it does not say.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownMaterial`].
+    pub(crate) fn material_of(&self, body: &BodySpec) -> Result<Option<Material>, SceneError> {
+        let Some(wanted) = &body.material else { return Ok(None) };
+        let shipped = MATERIALS.iter().find(|(name, _)| name == wanted);
+        let found = self.materials.get(wanted).or(shipped.map(|(_, material)| material));
+        found.copied().map(Some).ok_or_else(|| {
+            let shipped = MATERIALS.iter().map(|(name, _)| *name);
+            let own = self.materials.keys().map(String::as_str);
+            let known = shipped.chain(own).collect::<Vec<_>>().join(", ");
+            SceneError::UnknownMaterial { name: body.name.clone(), known, got: wanted.clone() }
+        })
     }
 
     /// Index of the body called `name`.
     pub(crate) fn index_of(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|body| body.name == name)
-    }
-}
-
-impl BodySpec {
-    fn check(&self) -> Result<(), SceneError> {
-        let length = |field: &'static str, value: f64, min: f64, max: f64| {
-            check_number(&self.name, field, value, min, max)
-        };
-        match self.shape {
-            Shape::Block { size_m } => length("size_m", size_m, 0.01, 0.12)?,
-            Shape::Disk { outer_radius_m, hole_radius_m, thickness_m } => {
-                length("outer_radius_m", outer_radius_m, 0.015, 0.06)?;
-                length("hole_radius_m", hole_radius_m, 0.004, outer_radius_m - 0.005)?;
-                length("thickness_m", thickness_m, 0.008, 0.06)?;
-            }
-            Shape::Peg { radius_m, height_m } => {
-                length("radius_m", radius_m, 0.003, 0.05)?;
-                length("height_m", height_m, 2.0 * radius_m, 0.3)?;
-            }
-            Shape::Board { size_m } => {
-                length("size_m[0]", size_m[0], 0.01, 2.0)?;
-                length("size_m[1]", size_m[1], 0.01, 2.0)?;
-                length("size_m[2]", size_m[2], 0.002, 0.1)?;
-            }
-        }
-        let kind = self.shape.kind();
-        match (self.at_m, self.shape.is_fixed()) {
-            (None, true) => Err(SceneError::PlaceMissing { name: self.name.clone(), kind }),
-            (Some(_), false) => Err(SceneError::PlaceUnexpected { name: self.name.clone(), kind }),
-            (None, false) => Ok(()),
-            (Some([x, y]), true) => {
-                length("at_m[0]", x, -1.0, 1.0)?;
-                length("at_m[1]", y, -1.0, 1.0)
-            }
-        }
     }
 }
 
@@ -306,6 +200,19 @@ impl Arrangement {
                 number("yaw_jitter_deg", *yaw_jitter_deg, 0.0, 45.0)
             }
             Self::Tower { .. } | Self::RandomTowers {} => Ok(()),
+            Self::Scattered { areas_m, clearance_m, yaw_jitter_deg } => {
+                for [low, high] in areas_m {
+                    for value in low.iter().chain(high) {
+                        number("areas_m", *value, -1.0, 1.0)?;
+                    }
+                }
+                let is_area = |[low, high]: &[[f64; 2]; 2]| (0..2).all(|k| low[k] <= high[k]);
+                if areas_m.is_empty() || !areas_m.iter().all(is_area) {
+                    return Err(SceneError::BadArea);
+                }
+                number("clearance_m", *clearance_m, 0.0, 0.3)?;
+                number("yaw_jitter_deg", *yaw_jitter_deg, 0.0, 180.0)
+            }
             Self::Fixed { stacks, .. } => stacks.iter().try_for_each(|stack| {
                 number("at_m[0]", stack.at_m[0], -1.0, 1.0)?;
                 number("at_m[1]", stack.at_m[1], -1.0, 1.0)?;
@@ -313,18 +220,4 @@ impl Arrangement {
             }),
         }
     }
-}
-
-/// Checks that `value` is a number from `min` to `max`.
-fn check_number(
-    of: &str,
-    field: &'static str,
-    value: f64,
-    min: f64,
-    max: f64,
-) -> Result<(), SceneError> {
-    if value >= min && value <= max {
-        return Ok(());
-    }
-    Err(SceneError::BadNumber { of: of.to_owned(), field, min, max, got: value })
 }

@@ -8,14 +8,17 @@ use rapier3d::prelude::{
 };
 
 use crate::bodies;
+use crate::body_spec::BodySpec;
 use crate::config::{STEPS_PER_SECOND, WorldConfig};
 use crate::convert;
 use crate::grasp::{self, Span};
 use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
 use crate::layout;
+use crate::material::Material;
 use crate::push::UnderWay;
 use crate::random::Random;
-use crate::scene::{BodySpec, SceneError, SceneSpec};
+use crate::scene::SceneSpec;
+use crate::scene_error::SceneError;
 
 const DT: f64 = 1.0 / STEPS_PER_SECOND as f64;
 const SOLVER_ITERATIONS: usize = 4;
@@ -55,6 +58,8 @@ pub(crate) struct Grip {
 #[derive(Debug, Clone)]
 pub(crate) struct Body {
     pub(crate) spec: BodySpec,
+    /// What it is made of, where it says so.
+    pub(crate) material: Option<Material>,
     /// Taken out of the world: it meets nothing and is not seen.
     pub(crate) is_out: bool,
     handle: RigidBodyHandle,
@@ -109,16 +114,18 @@ impl World {
         let kinematic = RigidBodyBuilder::kinematic_position_based();
         let gripper_handle = physics.insert_body(kinematic.pose(convert::pose(&gripper.pose())));
         let mut insert = |(body, pose): (&BodySpec, &Isometry3<f64>)| {
-            let fixed = body.shape.is_fixed();
+            let material = spec.material_of(body)?;
+            let fixed = body.is_fixed();
             let dynamic = RigidBodyBuilder::dynamic().angular_damping(ANGULAR_DAMPING_PER_S);
             let rigid = if fixed { RigidBodyBuilder::fixed() } else { dynamic };
             let handle = physics.insert_body(rigid.pose(convert::pose(pose)));
-            for collider in bodies::colliders(&body.shape, config) {
+            for collider in bodies::colliders(body, material.as_ref(), config) {
                 physics.insert_collider(collider, Some(handle));
             }
-            Body { spec: body.clone(), is_out: false, handle }
+            Ok(Body { spec: body.clone(), material, is_out: false, handle })
         };
-        let bodies = spec.bodies.iter().zip(&poses).map(&mut insert).collect();
+        let bodies = spec.bodies.iter().zip(&poses).map(&mut insert);
+        let bodies = bodies.collect::<Result<Vec<_>, SceneError>>()?;
         let mut world = Self {
             physics,
             bodies,
@@ -323,11 +330,11 @@ impl World {
 
     /// The body as the fingers see it, when it can be grasped.
     pub(crate) fn span(&self, idx: usize) -> Option<Span> {
-        let shape = &self.bodies[idx].spec.shape;
-        if shape.is_fixed() {
+        let spec = &self.bodies[idx].spec;
+        if spec.is_fixed() {
             return None;
         }
-        grasp::span(shape, &self.gripper.pose(), &self.pose(idx))
+        grasp::span(&spec.shape, &self.gripper.pose(), &self.pose(idx))
     }
 
     /// Moves what is held by so much along the fingers, downwards where it is negative.

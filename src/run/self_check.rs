@@ -17,6 +17,9 @@ use crate::perception::self_check::{ExemplarFinding, FindingKind, LabelledImage,
 const BY_COLOURS: &str = "colour";
 /// The detector that takes boxes from a file: they are those of another picture.
 const FROM_FILE: &str = "annotated";
+/// The camera that sees a scene file.
+#[cfg(feature = "sim")]
+const SIMULATED: &str = "sim";
 
 /// The parts that examples are tried with; both have learnt from them.
 pub(super) struct TaughtParts<'a> {
@@ -141,6 +144,25 @@ impl RunConfig {
             Ok(CameraCheck::new(camera, &examples, findings))
         });
         checks.collect()
+    }
+
+    /// Warns of objects of the simulated scene that `perception.toml` gives no detector a way to find.
+    #[cfg(feature = "sim")]
+    pub(super) fn warn_of_scene(&self, folder: &DomainFolder) -> Result<(), ConfigError> {
+        use crate::hardware::sim::{read_scene, unlabelled_types, unseen_by_colour};
+        if self.camera.kind != SIMULATED {
+            return Ok(());
+        }
+        let scene = read_scene(&folder.files.file(&self.sim()?.scene))?;
+        let (domain, perception) = (&folder.domain, &folder.perception);
+        let mut warnings = unlabelled_types(&scene, domain, perception);
+        if self.perception.detector == BY_COLOURS {
+            warnings.extend(unseen_by_colour(&scene, domain, perception));
+        }
+        for warning in warnings {
+            tracing::warn!("{warning}");
+        }
+        Ok(())
     }
 
     /// Whether another camera has labelled examples that are not those of `[camera]`.

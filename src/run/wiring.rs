@@ -75,6 +75,8 @@ impl PreparedRun {
         prepared.planner().replanner(prepared.reference_states())?;
         prepared.check_robot(&hardware.robot)?;
         prepared.make_detectors(&*grounder)?;
+        #[cfg(feature = "sim")]
+        prepared.config.warn_of_scene(&prepared.folder)?;
         Ok(prepared)
     }
 

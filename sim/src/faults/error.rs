@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FaultError {
     /// There is no such object, or it is fixed.
-    #[error("fault: expected the name of a block or disk, got \"{object}\"")]
+    #[error("fault: expected the name of a body that can move, got \"{object}\"")]
     UnknownObject {
         /// The name.
         object: String,

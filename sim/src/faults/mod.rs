@@ -169,7 +169,7 @@ impl World {
         let fits = |idx: &usize| {
             let view = self.view(*idx);
             let is_clear = || self.with_all_above(*idx).len() == 1;
-            !view.spec.shape.is_fixed()
+            !view.spec.is_fixed()
                 && match fault {
                     WorldFault::PutBack { .. } => view.is_out,
                     WorldFault::KnockOver { .. }
@@ -192,7 +192,7 @@ impl World {
 
     fn movable(&self, object: &str) -> Result<usize, FaultError> {
         self.index_of(object)
-            .filter(|&idx| !self.bodies[idx].spec.shape.is_fixed())
+            .filter(|&idx| !self.bodies[idx].spec.is_fixed())
             .ok_or_else(|| FaultError::UnknownObject { object: object.to_owned() })
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::FaultError;
 use crate::bodies;
 use crate::config::STEPS_PER_SECOND;
-use crate::places::{Footprint, Obstacle, Places};
+use crate::places::{CLEARANCE_M, Footprint, Obstacle, Places};
 use crate::push::InHand;
 use crate::world::World;
 
@@ -51,7 +51,7 @@ impl World {
         }
         let front = self
             .bodies()
-            .filter(|body| body.spec.shape.is_fixed())
+            .filter(|body| body.spec.is_fixed())
             .map(|body| body.world_from_body.translation.y - 0.5 * body.spec.shape.size_m().y);
         let radius = self.bodies[idx].spec.shape.footprint_radius_m();
         let y = front.fold(0.0, f64::min) - radius - 0.03;
@@ -153,10 +153,10 @@ impl World {
         let is_other =
             |idx: &usize| !self.bodies[*idx].is_out && moved.iter().all(|(own, _)| own != idx);
         for (idx, pose) in moved {
-            let shape = &self.bodies[*idx].spec.shape;
+            let body = &self.bodies[*idx].spec;
             for other in (0..self.bodies.len()).filter(is_other) {
-                let (met, at) = (&self.bodies[other].spec.shape, self.pose(other));
-                if bodies::overlap_m((shape, pose), (met, &at)) > OVERLAP_MAX_M {
+                let (met, at) = (&self.bodies[other].spec, self.pose(other));
+                if bodies::overlap_m((body, pose), (met, &at)) > OVERLAP_MAX_M {
                     let reason = format!("{} is in the way", self.name(other));
                     return Err(FaultError::NoRoom { object: self.name(*idx).to_owned(), reason });
                 }
@@ -209,7 +209,12 @@ impl World {
         let held = self.view(idx).held;
         let obstacles = if held { self.obstacles(&[idx]) } else { self.obstacles(&[]) };
         let object = self.footprint(idx);
-        let places = Places { area_m: self.config.free_area_m, obstacles: &obstacles, object };
+        let places = Places {
+            area_m: self.config.free_area_m,
+            obstacles: &obstacles,
+            object,
+            clearance_m: CLEARANCE_M,
+        };
         let mut random = self.random.clone();
         let found = match near_m {
             Some(near_m) => places.near(near_m),

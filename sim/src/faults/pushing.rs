@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::FaultError;
-use crate::places::{Obstacle, Places};
+use crate::places::{CLEARANCE_M, Obstacle, Places};
 use crate::push::{Push, Shift};
 use crate::shape::Shape;
 use crate::world::World;
@@ -176,7 +176,7 @@ impl World {
     }
 
     fn is_movable(&self, idx: usize) -> bool {
-        !self.bodies[idx].spec.shape.is_fixed()
+        !self.bodies[idx].spec.is_fixed()
     }
 
     /// The level direction in which the group would fall with most room around it, more to the
@@ -189,7 +189,12 @@ impl World {
             |obstacle: &Obstacle| (obstacle.at_m[0] - at.x).hypot(obstacle.at_m[1] - at.y) > 0.02;
         let others: Vec<Obstacle> = obstacles.into_iter().filter(nearby).collect();
         let object = self.footprint(idx);
-        let places = Places { area_m: self.config.free_area_m, obstacles: &others, object };
+        let places = Places {
+            area_m: self.config.free_area_m,
+            obstacles: &others,
+            object,
+            clearance_m: CLEARANCE_M,
+        };
         let turn = self.random.unit();
         let direction = |k: usize| {
             let angle = std::f64::consts::TAU * (k as f64 + turn) / N_DIRECTIONS as f64;

@@ -2,6 +2,8 @@
 #![expect(dead_code, reason = "each test file uses its own part")]
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a failed test")]
 
+use std::collections::BTreeMap;
+
 use groundloop_sim::{
     Arrangement, BodySpec, CameraSpec, Colour, FixedStack, GripperCommand, SceneSpec, Shape, World,
     WorldConfig,
@@ -19,6 +21,11 @@ pub(crate) fn hanoi() -> SceneSpec {
     toml::from_str(include_str!("../data/hanoi.toml")).unwrap()
 }
 
+/// A box, a cylinder, a tube and a block scattered around and into a tray.
+pub(crate) fn shapes() -> SceneSpec {
+    toml::from_str(include_str!("../data/shapes.toml")).unwrap()
+}
+
 /// `n` blocks in random stacks.
 pub(crate) fn n_blocks(n: usize, stack_height_max: usize) -> SceneSpec {
     let mut spec = blocks();
@@ -33,15 +40,13 @@ pub(crate) fn n_blocks(n: usize, stack_height_max: usize) -> SceneSpec {
 pub(crate) fn n_disks(n: usize) -> SceneSpec {
     let mut spec = hanoi();
     spec.bodies.retain(|body| body.shape.kind() != "disk");
-    spec.bodies.extend((0..n).map(|k| BodySpec {
-        name: format!("disk_{k}"),
-        shape: Shape::Disk {
+    spec.bodies.extend((0..n).map(|k| {
+        let shape = Shape::Disk {
             outer_radius_m: 0.052 - 0.007 * k as f64,
             hole_radius_m: 0.012,
             thickness_m: 0.018,
-        },
-        colour: Colour([200, 40, 40 * k as u8]),
-        at_m: None,
+        };
+        BodySpec::new(format!("disk_{k}"), shape, Colour([200, 40, 40 * k as u8]))
     }));
     spec.arrangement = Arrangement::RandomTowers {};
     spec
@@ -52,16 +57,13 @@ pub(crate) fn stack_of(n: usize) -> SceneSpec {
     let bodies: Vec<BodySpec> = (0..n).map(block).collect();
     let names = bodies.iter().map(|body| body.name.clone()).collect();
     let stack = FixedStack { at_m: [0.0, 0.0], yaw_deg: 0.0, bodies: names };
-    SceneSpec { bodies, arrangement: Arrangement::Fixed { stacks: vec![stack], towers: vec![] } }
+    let arrangement = Arrangement::Fixed { stacks: vec![stack], towers: vec![] };
+    SceneSpec { bodies, arrangement, materials: BTreeMap::new() }
 }
 
 fn block(k: usize) -> BodySpec {
-    BodySpec {
-        name: format!("block_{k}"),
-        shape: Shape::Block { size_m: 0.05 },
-        colour: Colour([200, 40, 20 * k as u8]),
-        at_m: None,
-    }
+    let shape = Shape::Block { size_m: 0.05 };
+    BodySpec::new(format!("block_{k}"), shape, Colour([200, 40, 20 * k as u8]))
 }
 
 fn tabletop() -> toml::Table {

@@ -14,6 +14,7 @@ use super::camera::model_of;
 use super::config::SimConfig;
 use super::robot::{SimHardware, read_scene};
 use super::visible_share::visible_share;
+use super::scene_types::{check_types, unlabelled_types};
 use super::witness::is_settled;
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
@@ -202,7 +203,16 @@ pub fn label_scenes(
 ) -> Result<Vec<LabelledScene>, PartError> {
     let mut labeller = Labeller::new(scenes, sim)?;
     let mut labelled = Vec::new();
-    for (file, seed) in exemplar_scenes(scenes.folder)?.iter().zip(seed..) {
+    let files = exemplar_scenes(scenes.folder)?;
+    let mut unlabelled = BTreeSet::new();
+    for file in &files {
+        let scene = read_scene(file)?;
+        unlabelled.extend(unlabelled_types(&scene, scenes.domain, scenes.perception));
+    }
+    for warning in unlabelled {
+        tracing::warn!("{warning}");
+    }
+    for (file, seed) in files.iter().zip(seed..) {
         let look = labeller.look(file, seed, None)?;
         if look.n_hidden > 0 {
             return Err(fault(file, "an object is hidden"));
@@ -260,6 +270,7 @@ impl<'a> Labeller<'a> {
         sim: &SimConfig,
         seed: u64,
     ) -> Result<Look, PartError> {
+        check_types(&scene.spec, self.scenes.domain, scene.file)?;
         let world = scene.world(sim, seed)?;
         let mut camera = sim.camera.clone();
         camera.light.seed = seed;
@@ -281,7 +292,10 @@ impl<'a> Labeller<'a> {
     ) -> Result<BTreeSet<Atom>, PartError> {
         let truth = scene.world(sim, seed)?.truth();
         let is_seen =
-            |body: &&BodyTruth| self.scenes.perception.type_spec(&body.kind.into()).is_some();
+            |body: &&BodyTruth| {
+                let type_name = Name::new(&body.type_name);
+                self.scenes.perception.type_spec(&type_name).is_some()
+            };
         let bodies: Vec<&BodyTruth> = truth.bodies.iter().filter(is_seen).collect();
         let labels = self.labels.label.iter();
         Ok(labels.flat_map(|label| label.facts(&bodies, self.scenes.domain)).collect())
@@ -334,7 +348,8 @@ impl Shot {
         let (mut bodies, mut objects, mut n_hidden) = (Vec::new(), Vec::new(), 0);
         let mut visible_shares = Vec::new();
         for (i, body) in truth.bodies.iter().enumerate() {
-            let Some(spec) = scenes.perception.type_spec(&body.kind.into()) else { continue };
+            let type_name = Name::new(&body.type_name);
+            let Some(spec) = scenes.perception.type_spec(&type_name) else { continue };
             let seen = visible(&frame, u16::try_from(i + 1).ok()?, body).and_then(|detection| {
                 let measured = volume_of(&detection, &depth, &model, spec.depth)?;
                 Some(Detection { measured: Some(measured), ..detection })
@@ -436,7 +451,7 @@ fn visible(frame: &Frame, id: u16, body: &BodyTruth) -> Option<Detection> {
         x2: f64::from(mask.iter().map(|r| r.x_end).max()?),
         y2: f64::from(mask.last()?.y + 1),
     };
-    let type_name = Name::new(body.kind);
+    let type_name = Name::new(&body.type_name);
     Some(Detection { mask, ..Detection::new(type_name.clone(), type_name, pixel_box) })
 }
 
@@ -446,7 +461,7 @@ impl Label {
         let Some(signature) = domain.predicate(self.predicate.as_str()) else { return Vec::new() };
         let [first, second] = signature.params.as_slice() else { return Vec::new() };
         let fits = |body: &BodyTruth, param: &Typed| {
-            domain.types.fits(&[Name::new(body.kind)], &param.types)
+            domain.types.fits(&[Name::new(&body.type_name)], &param.types)
         };
         let mut facts = Vec::new();
         for a in bodies.iter().filter(|body| fits(body, first)) {

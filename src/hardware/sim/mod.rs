@@ -13,6 +13,8 @@ mod camera;
 #[cfg(feature = "sim")]
 mod visible_share;
 #[cfg(feature = "sim")]
+mod scene_types;
+#[cfg(feature = "sim")]
 mod labels;
 #[cfg(feature = "sim")]
 mod ports;
@@ -32,6 +34,8 @@ pub use labels::{
 };
 #[cfg(feature = "sim")]
 pub use robot::{SimHardware, SimSetup, read_scene};
+#[cfg(feature = "sim")]
+pub use scene_types::{check_types, unlabelled_types, unseen_by_colour};
 
 use super::{CameraPort, RobotPort};
 use crate::parts::{Part, no_options};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Oracle, SimCamera, SimConfig, SimHardware, SimSetup};
+use super::scene_types::check_types;
+use super::{Oracle, SimCamera, SimConfig, SimHardware, SimSetup, read_scene};
 use crate::hardware::{CameraError, CameraPort, DisturbDetections, HardwareInputs, RobotPort};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartContext, PartError};
@@ -50,13 +51,16 @@ pub(super) fn robot(context: &PartContext<'_, RobotPort>) -> Result<Box<RobotPor
 
 /// The world that camera and robot of one run share.
 fn world(inputs: &HardwareInputs<'_>) -> Result<Arc<SimHardware>, PartError> {
-    let HardwareInputs { clock, rate_hz, seed, folder, origin, sim, faults, world, .. } = *inputs;
+    let HardwareInputs { clock, rate_hz, seed, folder, domain, .. } = *inputs;
+    let HardwareInputs { origin, sim, faults, world, .. } = *inputs;
     world.get_or_make(|| {
         let table = sim.ok_or_else(|| PartError::Inputs {
             reason: Mismatch::new("sim", "a table, for a camera or robot of kind \"sim\"", "none")
                 .to_string(),
         })?;
         let sim = &SimConfig::read(Some(table), origin)?;
+        let scene = folder.file(&sim.scene);
+        check_types(&read_scene(&scene)?, domain, &scene)?;
         SimHardware::build(&SimSetup { sim, folder, faults, clock, rate_hz, seed })
     })
 }

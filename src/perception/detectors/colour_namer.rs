@@ -83,6 +83,14 @@ impl ColourNamer {
     }
 }
 
+/// What a colour is called by what `perception.toml` says of the colours of its types; `None` for one
+/// near grey or unlike all of them.
+pub fn colour_name(perception: &Perception, rgb: [u8; 3]) -> Option<Name> {
+    let colours = used_colours(perception);
+    let palette = Palette::new(&colours).ok()?;
+    palette.name_generally(rgb).cloned()
+}
+
 /// The colours that some type has.
 pub(super) fn used_colours(perception: &Perception) -> BTreeMap<Name, Vec<Srgb>> {
     let used = |name: &Name| perception.types.iter().any(|t| t.colours.contains(name));

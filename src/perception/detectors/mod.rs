@@ -21,6 +21,7 @@ mod http;
 mod onnx;
 
 pub use colour::ColourDetector;
+pub use colour_namer::colour_name;
 pub use watchful::Watchful;
 
 use thiserror::Error;

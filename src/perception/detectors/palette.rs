@@ -198,6 +198,11 @@ impl Palette {
         &self.table
     }
 
+    /// The name of one colour by general knowledge alone.
+    pub(super) fn name_generally(&self, rgb: [u8; 3]) -> Option<&Name> {
+        self.names.get(usize::from(self.classify_generally(rgb)).checked_sub(1)?)
+    }
+
     /// The class of one colour by general knowledge alone.
     fn classify_generally(&self, rgb: [u8; 3]) -> u8 {
         let lab = Lab::of(rgb);

@@ -12,7 +12,7 @@ mod tests;
 
 use std::borrow::Cow;
 
-use groundloop_sim::{FaultError, Random, SceneSpec, Shape, World, WorldFault};
+use groundloop_sim::{BodySpec, FaultError, Random, SceneSpec, Shape, World, WorldFault};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::Value;
 
@@ -171,16 +171,18 @@ pub fn fault_mismatches(
 }
 
 /// What an object must be, in words and as a check.
-type Wanted = (&'static str, fn(&Shape) -> bool);
+type Wanted = (&'static str, fn(&BodySpec) -> bool);
 
-const MOVABLE: Wanted = ("an object that can move", |shape| !shape.is_fixed());
+const MOVABLE: Wanted = ("an object that can move", |body| !body.is_fixed());
 
 fn wrong_object(scene: &SceneSpec, fault: &WorldFault, at: &str) -> Option<Mismatch> {
     let wanted = match fault {
-        WorldFault::BesidePeg { .. } => {
-            ("a disk", (|shape| matches!(shape, Shape::Disk { .. })) as fn(&Shape) -> bool)
-        }
-        WorldFault::Push { .. } => ("an object", (|_| true) as fn(&Shape) -> bool),
+        WorldFault::BesidePeg { .. } => (
+            "a disk",
+            (|body| matches!(body.shape, Shape::Disk { .. } | Shape::Tube { .. }))
+                as fn(&BodySpec) -> bool,
+        ),
+        WorldFault::Push { .. } => ("an object", (|_| true) as fn(&BodySpec) -> bool),
         WorldFault::Displace { .. }
         | WorldFault::KnockOver { .. }
         | WorldFault::TakeFromGripper {}
@@ -228,7 +230,7 @@ fn no_camera(cameras: &[&str], name: &str, key: String) -> Option<Mismatch> {
 
 /// An object that the scene does not have.
 fn unknown(scene: &SceneSpec, object: &str, (what, fits): &Wanted, key: &str) -> Option<Mismatch> {
-    let known = scene.bodies.iter().filter(|body| fits(&body.shape));
+    let known = scene.bodies.iter().filter(|body| fits(body));
     let known: Vec<&str> = known.map(|body| body.name.as_str()).collect();
     if known.contains(&object) {
         return None;
