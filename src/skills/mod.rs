@@ -111,6 +111,14 @@ pub enum SkillError {
         /// The width that was looked for.
         width_m: f64,
     },
+    /// The target is full.
+    #[error("no free place of {width_m:.3} m on {target}, with room for the fingers")]
+    NoPlaceOn {
+        /// What it should come to rest on.
+        target: Name,
+        /// The width that was looked for, metres.
+        width_m: f64,
+    },
     /// `skills.toml` says nothing of this action.
     #[error("no skill for action {action} in skills.toml")]
     NoSkill {

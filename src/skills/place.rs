@@ -1,5 +1,5 @@
-//! `place object (onto | around) target`: over it, down, open, up. Without a target: a free place
-//! on the table.
+//! `place object (onto | around) target`: over it, down, open, up. Onto a target: a free place on it.
+//! Without a target: a free place on the table.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,13 @@ use crate::messages::{Expect, Motion};
 use crate::parts::Part;
 use crate::pddl::Name;
 
-/// Steps of the search for a free place, metres.
+/// Steps of the search for a free place on the table, metres.
 const GRID_M: f64 = 0.01;
+/// Steps of the search for a free place on an object, metres.
+const FINE_GRID_M: f64 = 0.005;
+/// Free space beyond an object that is put onto another one, to the other's edge and, where there is
+/// little room along y, to what stands there already: metres.
+const EDGE_M: f64 = 0.01;
 
 /// The entry of the table of skills.
 pub(super) const PART: Part<dyn Skill> = Part {
@@ -51,7 +56,7 @@ impl Skill for Place {
         let held = context.held.clone().filter(|held| held.object == *object);
         let held = held.ok_or_else(|| SkillError::NotHeld { object: object.clone() })?;
         let support = match (args.get("onto"), args.get("around")) {
-            (Some(target), _) => onto(context.volume(target)?),
+            (Some(target), _) => onto(target, &held, context)?,
             (None, Some(target)) => around(target, context.volume(target)?, context),
             (None, None) => free_place(&held, context)?,
         };
@@ -68,9 +73,60 @@ impl Skill for Place {
     }
 }
 
-/// The middle of a target's upper face.
-fn onto(target: Aabb) -> Point3<f64> {
-    Point3::new(target.centre.x, target.centre.y, target.top_z())
+/// The free place on a target's upper face that is nearest to its middle: the middle itself, if it is
+/// free.
+///
+/// Beside what stands there is room for the fingers, which open along x. Of places beside the middle
+/// those with nothing before or behind them on the target are best, then those with free space there:
+/// the camera looks along y.
+fn onto(target: &Name, held: &Held, context: &SkillContext<'_>) -> Result<Point3<f64>, SkillError> {
+    let config = context.config;
+    let volume = context.volume(target)?;
+    let middle = [volume.centre.x, volume.centre.y];
+    let except = [target];
+    let others: Vec<Aabb> = context
+        .others(&except)
+        .map(|(_, other)| other)
+        .filter(|other| stands_on(other, &volume))
+        .collect();
+    let is_apart = |other: &Aabb, axis: usize, place: [f64; 2], room_m: f64| {
+        let apart_m = f64::midpoint(other.extent[axis], held.extent[axis]) + room_m;
+        (other.centre[axis] - place[axis]).abs() >= apart_m
+    };
+    let is_beside =
+        |other: &Aabb, place: [f64; 2]| is_apart(other, 0, place, config.jaw_clearance_m);
+    let is_in_sight = |place: [f64; 2]| others.iter().all(|other| is_beside(other, place));
+    let is_clear = |place: [f64; 2], room_y_m: f64| {
+        others.iter().all(|other| is_beside(other, place) || is_apart(other, 1, place, room_y_m))
+    };
+    let is_free = |place: [f64; 2]| is_clear(place, config.table_clearance_m);
+    let away_m = |[x, y]: [f64; 2]| (x - middle[0]).hypot(y - middle[1]);
+    let within = |axis: usize| {
+        let room = (volume.extent[axis] - held.extent[axis]) / 2.0 - EDGE_M;
+        let n_steps = (room / FINE_GRID_M).max(0.0) as i32;
+        (-n_steps..=n_steps).map(move |i| middle[axis] + f64::from(i) * FINE_GRID_M)
+    };
+    let nearest = |is_good: &dyn Fn([f64; 2]) -> bool| {
+        let places = within(1).flat_map(|y| within(0).map(move |x| [x, y]));
+        places
+            .filter(|place| config.bound_beyond(*place).is_none() && is_good(*place))
+            .min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
+    };
+    Some(middle)
+        .filter(|middle| is_free(*middle))
+        .or_else(|| nearest(&is_in_sight))
+        .or_else(|| nearest(&is_free))
+        .or_else(|| nearest(&|place| is_clear(place, EDGE_M)))
+        .map(|[x, y]| Point3::new(x, y, volume.top_z()))
+        .ok_or_else(|| SkillError::NoPlaceOn { target: target.clone(), width_m: held.extent[0] })
+}
+
+/// Whether something stands on a target, or in it: above its ground, and not below it.
+fn stands_on(other: &Aabb, target: &Aabb) -> bool {
+    let is_over =
+        |axis: usize| (other.centre[axis] - target.centre[axis]).abs() <= target.extent[axis] / 2.0;
+    let bottom_z = other.centre.z - other.extent[2] / 2.0;
+    is_over(0) && is_over(1) && bottom_z > target.centre.z - target.extent[2]
 }
 
 /// The middle of the highest thing that is around a post, or the post's foot.

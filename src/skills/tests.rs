@@ -205,6 +205,30 @@ fn a_free_place_is_the_nearest_to_the_tool_that_is_free() {
     check_release(task, &[behind(9.0)], &a, [0.0, -0.05, 0.027]);
 }
 
+/// A tray of 20 by 18 cm takes things of 4 cm one beside the other: 2 cm for the fingers between them
+/// along x, 1 cm along y, in steps of 5 mm.
+#[test]
+fn a_target_takes_several_things_side_by_side_and_then_says_that_it_is_full() {
+    let a = held("a", 0.0, [0.04, 0.04, 0.05]);
+    let task = ("blocksworld", "stack a tray arm");
+    let tray = || object("tray", [0.1, -0.05, 0.008], [0.2, 0.18, 0.016]);
+    let inside = |name: &str, x: f64, y: f64| object(name, [x, y, 0.031], [0.038, 0.038, 0.05]);
+    let z = 0.016 + 0.002 + 0.025;
+    check_release(task, &[tray()], &a, [0.1, -0.05, z]);
+    // Beside the middle, rather than before or behind it.
+    let one = [tray(), inside("b", 0.1, -0.05)];
+    check_release(task, &one, &a, [0.04, -0.05, z]);
+    let row = [tray(), inside("b", 0.1, -0.05), inside("c", 0.04, -0.05), inside("d", 0.16, -0.05)];
+    check_release(task, &row, &a, [0.1, -0.1, z]);
+    // What stands beside the tray, or carries it, is in nobody's way.
+    let beside = object("e", [0.1, -0.15, 0.025], [0.04, 0.04, 0.05]);
+    let below = object("board", [0.1, -0.05, -0.006], [0.2, 0.18, 0.012]);
+    check_release(task, &[tray(), beside, below], &a, [0.1, -0.05, z]);
+    let full = [tray(), object("b", [0.1, -0.05, 0.031], [0.12, 0.12, 0.05])];
+    let error = motion(task.0, task.1, &full, Some(a)).unwrap_err();
+    assert_eq!(error.to_string(), "no free place of 0.040 m on tray, with room for the fingers");
+}
+
 /// A row that is full is no table that is full.
 #[test]
 fn a_place_beside_a_full_row_is_free() {
