@@ -20,6 +20,12 @@ const BEYOND_PX: i64 = 3;
 /// An edge is told by this share of its rows or columns, or it counts as cut.
 const WHOLE_SHARE_MIN: f64 = 0.25;
 
+/// Of an object that is as deep as it is seen to be, the back is where this share of the upper ends of
+/// its columns is at most: others end at something that stands before the back.
+const BACK_QUANTILE: f64 = 0.75;
+/// Such an object is at least so deep, in metres: a level camera sees no back.
+const DEPTH_MIN_M: f64 = 0.01;
+
 /// The world volume of a detected object; `None` with too few depth pixels.
 ///
 /// The camera stands upright and looks level or from above, in any direction. What it sees of an
@@ -79,6 +85,11 @@ pub fn volume_of(
     let front = quantile(front.map(|p| p.y).collect(), 0.35)?;
     let extent_y = match rule {
         DepthRule::AsWide => right - left,
+        DepthRule::AsSeen => {
+            let back = edge(columns.iter().map(ColumnEnds::top).collect(), 1, [0.0, -0.5]);
+            let back = quantile(back.into_iter().map(|(y, _)| y).collect(), BACK_QUANTILE)?;
+            (back - front).max(DEPTH_MIN_M)
+        }
     };
     let centre =
         Point3::new(f64::midpoint(left, right), front + extent_y / 2.0, f64::midpoint(bottom, top));
@@ -232,7 +243,7 @@ mod tests {
         (near < far).then_some(near)
     }
 
-    /// Ray-casts one box, with depth noise of about a millimetre, and lifts it back.
+    /// Ray-casts one box and lifts it back.
     #[track_caller]
     fn check(width: usize, height: usize, volume: Aabb, tolerance_m: f64) {
         check_from(&camera(width, height), [width, height], volume, tolerance_m);
@@ -240,6 +251,14 @@ mod tests {
 
     #[track_caller]
     fn check_from(camera: &CameraModel, size: [usize; 2], volume: Aabb, tolerance_m: f64) {
+        let lifted = lifted_by(DepthRule::AsWide, camera, size, volume);
+        let off = (lifted.centre - volume.centre).abs().max();
+        assert!(off < tolerance_m, "{lifted:?} for {volume:?}");
+    }
+
+    /// What is lifted of a box that is ray-cast, with depth noise of about a millimetre.
+    #[track_caller]
+    fn lifted_by(rule: DepthRule, camera: &CameraModel, size: [usize; 2], volume: Aabb) -> Aabb {
         let [width, height] = size;
         let k = camera.intrinsics;
         let from = Point3::from(camera.world_from_camera.translation.vector);
@@ -260,11 +279,21 @@ mod tests {
             ..Detection::new("block".into(), "red".into(), PixelBox::from([0.0; 4]))
         };
         let depth = DepthView::new(width, height, &depth_m).unwrap();
-        let measured = volume_of(&detection, &depth, camera, DepthRule::AsWide).unwrap();
+        let measured = volume_of(&detection, &depth, camera, rule).unwrap();
         assert_eq!(measured.cut, TruncatedSides::default());
-        let lifted = measured.volume;
-        let off = (lifted.centre - volume.centre).abs().max();
-        assert!(off < tolerance_m, "{lifted:?} for {volume:?}");
+        measured.volume
+    }
+
+    /// Something flat whose whole top is seen is as deep as it looks, whatever its width.
+    #[test]
+    fn a_plate_is_as_deep_as_it_is_seen_to_be() {
+        for (width_m, depth_m) in [(0.2, 0.12), (0.1, 0.2)] {
+            let extent = [width_m, depth_m, 0.016];
+            let volume = Aabb { centre: Point3::new(0.15, 0.02, 0.008), extent };
+            let lifted = lifted_by(DepthRule::AsSeen, &camera(640, 480), [640, 480], volume);
+            assert!((lifted.centre - volume.centre).abs().max() < 0.004, "{lifted:?}");
+            assert!(lifted.extent.iter().zip(extent).all(|(a, b)| (a - b).abs() < 0.006));
+        }
     }
 
     #[test]

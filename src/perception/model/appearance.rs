@@ -59,6 +59,9 @@ pub enum Shape {
         /// Cut a patch where its outline has a waist: round objects of one colour that touch.
         split_waists: bool,
     },
+    /// One connected patch that is never cut: something wide and flat on which others stand, such as a
+    /// tray. Their outlines in it would else be taken for edges between several bodies.
+    Plate {},
     /// An upright bar that may stand on a wide base of the same colour. Its pieces above and
     /// below something in front of it count as one.
     Post {
@@ -74,6 +77,9 @@ pub enum DepthRule {
     /// As deep as it is wide.
     #[default]
     AsWide,
+    /// As deep as what is seen of it reaches, from its lower front edge to the upper back one: for flat
+    /// things whose top is seen, such as trays.
+    AsSeen,
 }
 
 /// How detections of one type become named objects.
@@ -170,7 +176,7 @@ impl Appearance {
             return Err(value(field("fill_min"), "a share in 0..=1", self.fill_min));
         }
         match self.shape {
-            Shape::Patch { .. } => Ok(()),
+            Shape::Patch { .. } | Shape::Plate {} => Ok(()),
             Shape::Post { base_width_min } if base_width_min > 0.0 && base_width_min <= 1.0 => {
                 Ok(())
             }

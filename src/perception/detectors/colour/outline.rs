@@ -113,7 +113,7 @@ impl SizeLimits {
         };
         let width = meet(declared.width, labelled.width);
         let least_height = match spec.shape {
-            Shape::Patch { .. } => labelled.height[0],
+            Shape::Patch { .. } | Shape::Plate {} => labelled.height[0],
             Shape::Post { .. } => 0.0,
         };
         let height = meet(declared.height, [least_height, labelled.height[1]]);
@@ -180,7 +180,7 @@ pub(super) fn find(mask: &BitMask, spec: &Appearance, limits: &SizeLimits) -> Ve
     let [close_x, close_y] = spec.close.map(pixels);
     let mask = mask.open(open_x, open_y).close(close_x, close_y);
     match spec.shape {
-        Shape::Patch { split_waists: false } => regions(&mask),
+        Shape::Patch { split_waists: false } | Shape::Plate {} => regions(&mask),
         Shape::Patch { split_waists: true } => {
             regions(&mask).into_iter().flat_map(|r| split_at_waists(r, limits)).collect()
         }
