@@ -38,6 +38,8 @@ pub struct BodyTruth {
     pub size_m: Vector3<f64>,
     /// The body directly below that carries it. For the lowest disk on a peg it is the peg.
     pub on: Option<String>,
+    /// Whether several bodies that can be moved carry it at once, of which `on` is one.
+    pub bridges: bool,
     /// Whether it rests on the table itself.
     pub on_table: bool,
     /// The peg through its hole, also while it is held there.
@@ -75,6 +77,7 @@ impl World {
                 yaw_rad,
                 size_m: view.spec.shape.size_m(),
                 on: support.on.map(name),
+                bridges: support.bridges,
                 on_table: support.on_table,
                 peg: support.peg.map(name),
                 held: view.held,
@@ -115,11 +118,14 @@ impl World {
         }
         let peg = (0..self.bodies.len()).find(|&other| self.is_around(shape, pose, other));
         if view.held {
-            return Support { on: None, on_table: false, peg };
+            return Support { peg, ..Support::default() };
         }
         let bottom = pose.translation.z - shape.half_height_at(pose);
-        let below = (0..self.bodies.len())
-            .filter(|&other| other != idx && self.carries(other, shape, pose, bottom))
+        let carriers = (0..self.bodies.len())
+            .filter(|&other| other != idx && self.carries(other, shape, pose, bottom));
+        let movable = carriers.clone().filter(|&other| !self.bodies[other].spec.is_fixed());
+        let bridges = movable.count() > 1;
+        let below = carriers
             .max_by(|&a, &b| self.pose(a).translation.z.total_cmp(&self.pose(b).translation.z));
         // What pegs stand on carries the lowest disk no more than the table does.
         let is_base = |other: usize| self.bodies[other].spec.is_fixed();
@@ -128,7 +134,7 @@ impl World {
             (None, Some(peg)) if bottom < TOLERANCE_M => Some(peg),
             (other, _) => other,
         };
-        Support { on, on_table: on.is_none() && bottom < TOLERANCE_M, peg }
+        Support { on, bridges, on_table: on.is_none() && bottom < TOLERANCE_M, peg }
     }
 
     /// Whether a disk or a tube at `pose` has the peg `other` through its hole.
@@ -209,6 +215,8 @@ impl<'a> UpperFace<'a> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Support {
     pub(crate) on: Option<usize>,
+    /// Several movable bodies carry it.
+    pub(crate) bridges: bool,
     pub(crate) on_table: bool,
     pub(crate) peg: Option<usize>,
 }

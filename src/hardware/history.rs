@@ -14,7 +14,7 @@ pub struct GroundTruth {
     pub held: Option<Name>,
     /// The objects that are there.
     pub objects: BTreeSet<Name>,
-    /// Those of them that move or lean: of these it is not sure what holds.
+    /// Those of them that move, lean, or stand on several others at once: of these it is not sure what holds.
     pub unsettled: BTreeSet<Name>,
     /// Groups of objects that differ in nothing but name and place: no camera can tell which of
     /// them bears which name.

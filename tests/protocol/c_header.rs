@@ -32,7 +32,7 @@ const TAIL: &str = "
 ";
 
 /// The whole file.
-pub fn header(layouts: &Layouts) -> String {
+pub(crate) fn header(layouts: &Layouts) -> String {
     let mut text = HEAD.to_owned();
     text.push('\n');
     for (name, value, doc) in &layouts.constants {
@@ -100,7 +100,7 @@ fn declared(kind: &Kind, name: &str) -> String {
 }
 
 /// `FrameHeader` to `frame_header`.
-pub fn snake(name: &str) -> String {
+pub(crate) fn snake(name: &str) -> String {
     let mut snake = String::new();
     for c in name.chars() {
         if c.is_uppercase() && !snake.is_empty() {

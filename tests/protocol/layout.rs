@@ -2,28 +2,28 @@
 
 /// One record.
 #[derive(Debug, Clone, Default)]
-pub struct Record {
-    pub name: String,
+pub(crate) struct Record {
+    pub(crate) name: String,
     /// What both ends must call it.
-    pub type_name: String,
-    pub doc: String,
-    pub fields: Vec<Field>,
-    pub size: usize,
-    pub align: usize,
+    pub(crate) type_name: String,
+    pub(crate) doc: String,
+    pub(crate) fields: Vec<Field>,
+    pub(crate) size: usize,
+    pub(crate) align: usize,
 }
 
 /// One field of a record.
 #[derive(Debug, Clone)]
-pub struct Field {
-    pub name: String,
-    pub kind: Kind,
-    pub offset: usize,
-    pub doc: String,
+pub(crate) struct Field {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
+    pub(crate) offset: usize,
+    pub(crate) doc: String,
 }
 
 /// A type in shared memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     U8,
     U32,
     U64,
@@ -35,14 +35,14 @@ pub enum Kind {
 
 /// All constants and records of a source, records in its order.
 #[derive(Debug, Clone, Default)]
-pub struct Layouts {
-    pub constants: Vec<(String, usize, String)>,
-    pub records: Vec<Record>,
+pub(crate) struct Layouts {
+    pub(crate) constants: Vec<(String, usize, String)>,
+    pub(crate) records: Vec<Record>,
 }
 
 impl Layouts {
     /// Reads a source; panics at what it does not know, which is a failed test.
-    pub fn read(source: &str) -> Self {
+    pub(crate) fn read(source: &str) -> Self {
         let mut all = Self::default();
         let mut doc = Vec::new();
         let mut type_name = String::new();
@@ -138,7 +138,7 @@ impl Layouts {
     }
 
     /// A record by its name.
-    pub fn record(&self, name: &str) -> &Record {
+    pub(crate) fn record(&self, name: &str) -> &Record {
         let found = self.records.iter().find(|record| record.name == name);
         found.unwrap_or_else(|| panic!("no record {name}"))
     }

@@ -6,7 +6,7 @@ use super::layout::{Kind, Layouts};
 use super::topics::TOPICS;
 
 /// What stands between the page's marks.
-pub fn tables(layouts: &Layouts) -> String {
+pub(crate) fn tables(layouts: &Layouts) -> String {
     let mut text =
         "\n## Topics\n\n| topic | header | payload | from | to |\n|---|---|---|---|---|\n"
             .to_owned();

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::layout::{Kind, Layouts};
 
 /// The whole module.
-pub fn module(layouts: &Layouts) -> String {
+pub(crate) fn module(layouts: &Layouts) -> String {
     let mut text = "\
 \"\"\"Layouts of groundloop's topics.
 

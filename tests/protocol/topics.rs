@@ -1,13 +1,13 @@
 //! Who says what on which topic.
 
 /// One topic with its layouts.
-pub struct Spoken {
-    pub name: &'static str,
-    pub header: &'static str,
+pub(crate) struct Spoken {
+    pub(crate) name: &'static str,
+    pub(crate) header: &'static str,
     /// A record, or what the bytes are.
-    pub payload: &'static str,
-    pub from: &'static str,
-    pub to: &'static str,
+    pub(crate) payload: &'static str,
+    pub(crate) from: &'static str,
+    pub(crate) to: &'static str,
 }
 
 const fn spoken(name: &'static str, layouts: [&'static str; 2], ends: [&'static str; 2]) -> Spoken {
@@ -16,7 +16,7 @@ const fn spoken(name: &'static str, layouts: [&'static str; 2], ends: [&'static 
 }
 
 /// All topics, in the order of `transport/topics.rs`.
-pub const TOPICS: [Spoken; 16] = [
+pub(crate) const TOPICS: [Spoken; 16] = [
     spoken(
         "camera/main/rgb",
         ["FrameHeader", "bytes: packed RGB8, row by row"],

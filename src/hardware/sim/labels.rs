@@ -13,8 +13,8 @@ use serde::Deserialize;
 use super::camera::model_of;
 use super::config::SimConfig;
 use super::robot::{SimHardware, read_scene};
-use super::visible_share::visible_share;
 use super::scene_types::{check_types, unlabelled_types};
+use super::visible_share::visible_share;
 use super::witness::is_settled;
 use crate::files::{FileRef, Folder};
 use crate::geometry::{Aabb, CameraModel, MaskRun, PixelBox};
@@ -291,11 +291,10 @@ impl<'a> Labeller<'a> {
         seed: u64,
     ) -> Result<BTreeSet<Atom>, PartError> {
         let truth = scene.world(sim, seed)?.truth();
-        let is_seen =
-            |body: &&BodyTruth| {
-                let type_name = Name::new(&body.type_name);
-                self.scenes.perception.type_spec(&type_name).is_some()
-            };
+        let is_seen = |body: &&BodyTruth| {
+            let type_name = Name::new(&body.type_name);
+            self.scenes.perception.type_spec(&type_name).is_some()
+        };
         let bodies: Vec<&BodyTruth> = truth.bodies.iter().filter(is_seen).collect();
         let labels = self.labels.label.iter();
         Ok(labels.flat_map(|label| label.facts(&bodies, self.scenes.domain)).collect())

@@ -117,7 +117,8 @@ fn says_the_same(a: &BodyTruth, b: &BodyTruth) -> bool {
         && (a.held, is_settled(a)) == (b.held, is_settled(b))
 }
 
-/// Whether it rests, or is held, and stands as it should.
+/// Whether it rests, or is held, and stands as it should: on one body, not on several at once, for which domains have
+/// no word.
 pub(super) fn is_settled(body: &BodyTruth) -> bool {
-    body.upright && (body.still || body.held)
+    body.upright && !body.bridges && (body.still || body.held)
 }
