@@ -5,8 +5,11 @@
 mod common;
 
 use common::{Process, project, schema};
+use groundloop::dataset::SceneSource;
+use groundloop::eval::grounding_factors::{FactorRow, GroundingFactor, measure_factors};
 use groundloop::eval::sim_grounding::{Row, Source, Used, measure};
-use groundloop::run::load_run;
+use groundloop::run::{Layered, load_run};
+use groundloop::settings::Form;
 
 fn rows(config: &str, seeds: u64) -> Vec<Row> {
     let sets = ["sim.camera.width=320", "sim.camera.height=240"].map(str::to_owned);
@@ -37,11 +40,60 @@ fn volumes_tell_what_boxes_do_not() {
     }
 }
 
+fn factors(config: &str, factors: &[GroundingFactor], seeds: u64) -> Vec<FactorRow> {
+    let sets =
+        ["sim.camera.width=320", "sim.camera.height=240", "sim.scene=scenes/evaluation.toml"];
+    let sets = sets.map(str::to_owned);
+    let layered = Layered::read(&project(config), &sets, Form::Run).unwrap();
+    let source = SceneSource::new(layered).unwrap();
+    measure_factors(&source, factors, seeds, &|| {}).unwrap()
+}
+
+/// Each level is measured on every scene, levels of occlusion share them, and little is wrong with what is easy.
+#[test]
+fn every_level_of_a_factor_is_measured() {
+    use GroundingFactor::{Exemplars, Noise, Objects, Occlusion};
+    let measured = factors("configs/hanoi.toml", &[Objects, Occlusion, Exemplars], 4);
+    let of = |factor, used| -> Vec<&FactorRow> {
+        let is_row = |r: &&FactorRow| {
+            r.factor == factor && r.row.features == used && r.row.objects == Source::Labelled
+        };
+        measured.iter().filter(is_row).collect()
+    };
+    let levels = |factor| -> Vec<&str> {
+        of(factor, Used::Boxes).iter().map(|row| row.level.as_str()).collect()
+    };
+    assert_eq!(levels(Objects), ["2", "3", "4", "5"]);
+    assert_eq!(levels(Exemplars), ["1", "2", "3", "4", "5", "6"]);
+    let n_scenes = |factor| of(factor, Used::Boxes).iter().map(|r| r.row.n_scenes).sum::<u64>();
+    assert_eq!([n_scenes(Objects), n_scenes(Occlusion)], [16, 4]);
+    let exact = of(Objects, Used::Volumes)[0];
+    assert_eq!((exact.row.n_exact, exact.recall), (4, 1.0), "two disks with depth");
+    assert!(exact.exact_share_95[0] < 0.6, "four scenes are few: {exact:?}");
+    let again = factors("configs/hanoi.toml", &[Occlusion], 4);
+    assert!(again.iter().all(|row| measured.contains(row)), "the same seeds give the same figures");
+    let noisy = factors("configs/blocksworld.toml", &[Noise], 3);
+    let exact = |level: &str| -> u64 {
+        let is_row = |r: &&FactorRow| {
+            r.level == level && (r.row.objects, r.row.features) == (Source::Detected, Used::Volumes)
+        };
+        noisy.iter().filter(is_row).map(|r| r.row.n_true).sum()
+    };
+    assert!(exact("0") > exact("20"), "noise takes objects away: {noisy:?}");
+}
+
 #[test]
 fn the_verb_prints_a_table_or_json() {
     let args = ["eval", "sim-grounding", "configs/hanoi.toml", "--seeds", "1"];
     let table = Process::start(&args).end();
     assert!(table.status.success() && table.stdout.contains("| 3-D volumes |"), "{}", table.stderr);
+    let over = [&args[..], &["--over", "exemplars", "--json"]].concat();
+    let json = Process::start(&over).end().json();
+    schema::obeys("eval-sim-grounding", &json);
+    let row = &json["factors"][0];
+    assert_eq!((&row["factor"], &row["level"]), (&"exemplars".into(), &"1".into()));
+    let table = Process::start(&over[..over.len() - 1]).end();
+    assert!(table.stdout.contains("| exemplars | 6"), "{}{}", table.stdout, table.stderr);
     let json = Process::start(&[&args[..], &["--json"]].concat()).end().json();
     schema::obeys("eval-sim-grounding", &json);
     assert_eq!(json["seeds"], serde_json::json!([1, 1]));

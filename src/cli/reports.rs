@@ -246,8 +246,10 @@ pub(super) struct ExpectedObject {
 pub(super) struct SimGroundingReport {
     /// First and last seed of the scenes.
     pub(super) seeds: [u64; 2],
-    /// What was measured, by domain, camera, source of the objects, and features.
+    /// What was measured, by domain, camera, source of the objects, and features; none with `--over`.
     pub(super) rows: Vec<SimGroundingRow>,
+    /// What was measured with `--over`, by domain, factor, level, source of the objects, and features.
+    pub(super) factors: Vec<crate::eval::grounding_factors::FactorRow>,
 }
 
 /// One combination, with the shares that follow from its counts.

@@ -139,6 +139,11 @@ impl SceneSource {
 }
 
 impl SceneSetting {
+    /// How many bodies of the scene file can move.
+    pub fn n_movable(&self) -> usize {
+        movable(&self.scene).len()
+    }
+
     /// The scene with as many objects as the setting has, of those in the file; which ones is drawn.
     ///
     /// # Errors

@@ -55,8 +55,11 @@ fn body_kinds(files: &FolderFiles<'_>, findings: &mut Vec<DomainFinding>) -> BTr
             }
             unreadable(&file, findings);
             let bodies = tables(&file, "bodies", findings);
-            let kind =
-                |body: &toml::Value| Some(body.get("shape")?.get("kind")?.as_str()?.to_owned());
+            let kind = |body: &toml::Value| {
+                let own = body.get("type");
+                let own = own.or_else(|| body.get("shape")?.get("kind"))?;
+                Some(own.as_str()?.to_owned())
+            };
             kinds.extend(bodies.iter().filter_map(kind));
         }
     }

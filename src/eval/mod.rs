@@ -5,5 +5,7 @@ pub mod prodgv;
 pub mod robustness;
 #[cfg(feature = "sim")]
 pub mod sim_grounding;
+#[cfg(feature = "sim")]
+pub mod grounding_factors;
 
 pub use interval::wilson_95;

@@ -137,15 +137,7 @@ pub fn measure(
             .collect();
         for seed in 1..=seeds {
             let look = labeller.look(&folder.files.file(SCENE), seed, from)?;
-            let (detected, labelled) = (setup.detect(&look)?, setup.label(&look)?);
-            for row in &mut measured {
-                let objects = match row.objects {
-                    Source::Detected => &detected,
-                    Source::Labelled => &labelled,
-                };
-                let said = setup.facts(objects, row.features);
-                row.count(&said, &setup.observed(&look.facts), look.n_hidden);
-            }
+            setup.count(&look, &mut measured)?;
             seen(camera, seed, &look.image);
         }
         rows.extend(measured);
@@ -153,7 +145,12 @@ pub fn measure(
     Ok(rows)
 }
 
-fn row(folder: &DomainFolder, camera: &'static str, objects: Source, features: Used) -> Row {
+pub(super) fn row(
+    folder: &DomainFolder,
+    camera: &'static str,
+    objects: Source,
+    features: Used,
+) -> Row {
     let domain = folder.domain.name.to_string();
     let (n_true, n_false, n_missed, n_exact, n_scenes, n_hidden) = Default::default();
     Row {
@@ -193,7 +190,7 @@ pub(super) fn examples(
 }
 
 /// What one camera and its labelled examples make.
-struct SetUp<'a> {
+pub(super) struct SetUp<'a> {
     perception: &'a Perception,
     detector: Box<dyn Detector>,
     grounders: Vec<(Used, S2s)>,
@@ -201,7 +198,7 @@ struct SetUp<'a> {
 }
 
 impl<'a> SetUp<'a> {
-    fn new(
+    pub(super) fn new(
         folder: &'a DomainFolder,
         examples: &[(RgbImage, Exemplar)],
     ) -> Result<Self, ConfigError> {
@@ -222,6 +219,20 @@ impl<'a> SetUp<'a> {
             sizes.learn(&example.objects);
         }
         Ok(Self { perception, detector, grounders, sizes })
+    }
+
+    /// Judges one look by every combination of a row, and counts.
+    pub(super) fn count(&mut self, look: &Look, rows: &mut [Row]) -> Result<(), ConfigError> {
+        let (detected, labelled) = (self.detect(look)?, self.label(look)?);
+        for row in rows {
+            let objects = match row.objects {
+                Source::Detected => &detected,
+                Source::Labelled => &labelled,
+            };
+            let said = self.facts(objects, row.features);
+            row.count(&said, &self.observed(&look.facts), look.n_hidden);
+        }
+        Ok(())
     }
 
     /// How sure it is that a detection is a labelled object: by how much they overlap, or by its
@@ -252,7 +263,7 @@ impl<'a> SetUp<'a> {
         Ok(named.map(|(object, detection)| detection.object(object.name.clone())).collect())
     }
 
-    fn combinations(&self) -> impl Iterator<Item = (Source, Used)> {
+    pub(super) fn combinations(&self) -> impl Iterator<Item = (Source, Used)> {
         let used = self.grounders.iter().map(|(used, _)| *used);
         used.flat_map(|used| [(Source::Detected, used), (Source::Labelled, used)])
     }

@@ -13,6 +13,11 @@ pub(super) struct Args {
     #[arg(long, default_value_t = 40, value_name = "N",
           value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
+    /// Measures over a factor instead of from several cameras: the table has a row for each of its levels;
+    /// may be repeated. `all` is each of them.
+    #[arg(long, value_name = "FACTOR", conflicts_with = "frames",
+          value_parser = ["all", "objects", "elevation", "occlusion", "light", "noise", "exemplars"])]
+    over: Vec<String>,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -47,12 +52,18 @@ pub(super) mod with_sim {
     use super::super::super::reports::{SimGroundingReport, SimGroundingRow};
     use super::super::super::table::right;
     use super::{Args, Failure};
-    use crate::eval::sim_grounding::{CAMERAS, Row, Source, Used, has_scene, measure};
+    use crate::dataset::SceneSource;
+    use crate::eval::grounding_factors::{FactorRow, GroundingFactor, measure_factors, n_cells};
+    use crate::eval::sim_grounding::{CAMERAS, Row, SCENE, Source, Used, has_scene, measure};
     use crate::files::shipped_names;
-    use crate::run::{DomainFolder, RunConfig, load_run};
+    use crate::run::{ConfigError, DomainFolder, Layered, RunConfig, load_run};
+    use crate::settings::{Form, Layers};
 
     pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         let runs = if args.configs.is_empty() { found()? } else { named(&args.configs)? };
+        if !args.over.is_empty() {
+            return over(args, &runs);
+        }
         let bar = bar(runs.len() as u64 * CAMERAS.len() as u64 * args.seeds);
         if let Some(folder) = &args.frames {
             std::fs::create_dir_all(folder).map_err(|e| bad_file(folder, &e))?;
@@ -78,11 +89,70 @@ pub(super) mod with_sim {
                 recall: row.recall(),
                 row,
             });
-            out::json(&SimGroundingReport { seeds: [1, args.seeds], rows: rows.collect() })?;
+            let (seeds, rows) = ([1, args.seeds], rows.collect());
+            out::json(&SimGroundingReport { seeds, rows, factors: Vec::new() })?;
         } else {
             print(&rows, args.seeds);
         }
         Ok(0)
+    }
+
+    /// Measures over the factors that are asked for.
+    fn over(args: &Args, runs: &[(RunConfig, DomainFolder)]) -> Result<u8, Failure> {
+        let is_wanted = |name: &str| args.over.iter().any(|over| over == name || over == "all");
+        let wanted = GroundingFactor::ALL.iter().filter(|(name, _)| is_wanted(name));
+        let wanted: Vec<GroundingFactor> = wanted.map(|(_, factor)| *factor).collect();
+        let sources = runs.iter().map(|(run, _)| source(run));
+        let sources: Vec<SceneSource> = sources.collect::<Result<_, _>>()?;
+        let cells: Result<Vec<usize>, _> = sources.iter().map(|s| n_cells(s, &wanted)).collect();
+        let bar = bar(cells?.iter().sum::<usize>() as u64 * args.seeds);
+        let mut factors = Vec::new();
+        for source in &sources {
+            factors.extend(measure_factors(source, &wanted, args.seeds, &|| bar.inc(1))?);
+        }
+        bar.finish_and_clear();
+        if args.json {
+            let seeds = [1, args.seeds];
+            out::json(&SimGroundingReport { seeds, rows: Vec::new(), factors })?;
+        } else {
+            print_factors(&factors, args.seeds);
+        }
+        Ok(0)
+    }
+
+    /// The scenes for this of a run file.
+    fn source(run: &RunConfig) -> Result<SceneSource, ConfigError> {
+        let layers = run.layers.as_deref().cloned();
+        let mut layers = layers.map_or_else(|| Layers::defaults(Form::Run), Ok)?;
+        layers.set(&format!("sim.scene={SCENE}"))?;
+        SceneSource::new(Layered { file: run.origin.clone(), layers })
+    }
+
+    fn print_factors(rows: &[FactorRow], seeds: u64) {
+        for (source, used, title) in [
+            (Source::Labelled, Used::Boxes, "Boxes of the labelled objects"),
+            (Source::Detected, Used::Volumes, "Volumes of what the colour detector finds"),
+        ] {
+            let mut table = Table::new();
+            table.load_preset(presets::ASCII_MARKDOWN);
+            table.set_header(["domain", "factor", "level", "P", "R", "exact states", "95 %"]);
+            let is_shown = |r: &&FactorRow| (r.row.objects, r.row.features) == (source, used);
+            for FactorRow { factor, level, row, precision, recall, exact_share_95 } in
+                rows.iter().filter(is_shown)
+            {
+                let [low, high] = exact_share_95.map(|edge| edge * 100.0);
+                table.add_row([
+                    Cell::new(&row.domain),
+                    Cell::new(factor.word()),
+                    Cell::new(level),
+                    right(format!("{precision:.3}")),
+                    right(format!("{recall:.3}")),
+                    right(format!("{}/{}", row.n_exact, row.n_scenes)),
+                    right(format!("{low:.0}–{high:.0} %")),
+                ]);
+            }
+            out::line(&format!("{title}, seeds 1 to {seeds}:\n\n{table}\n"));
+        }
     }
 
     fn bad_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {

@@ -23,7 +23,7 @@ pub(super) fn visible_share(mask: &[MaskRun], body: &BodyTruth, camera: &CameraM
 /// Points whose hull is the body: metres, world frame.
 fn corners(body: &BodyTruth) -> Vec<Point3<f64>> {
     let half = body.size_m * 0.5;
-    let is_round = ["disk", "peg"].contains(&body.kind);
+    let is_round = ["cylinder", "disk", "peg", "tube"].contains(&body.kind);
     let ring: Vec<[f64; 2]> = if is_round {
         let angle = |k| f64::from(k) * std::f64::consts::TAU / f64::from(CIRCLE_CORNERS);
         (0..CIRCLE_CORNERS).map(|k| [half.x * angle(k).cos(), half.y * angle(k).sin()]).collect()

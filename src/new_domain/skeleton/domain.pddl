@@ -1,7 +1,7 @@
 ; NAME: say here what the robot does. As it stands, the skeleton puts blocks on one another.
 ;
 ; Objects are told apart by the camera: a type is a way to look, and perception.toml says which. In the
-; simulator a type is called as the shape of its bodies (scenes/*.toml): block, disk, peg.
+; simulator a body has the type of its shape's name (block, disk, peg), or says its type (scenes/*.toml).
 (define (domain NAME)
   (:requirements :strips :typing)
   (:types block arm-type - object)
