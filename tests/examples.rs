@@ -132,19 +132,6 @@ fn attach_camera_publishes_frames() {
     shows_a_moving_square(&example("attach_camera"), &[&name], &name);
 }
 
-#[test]
-fn attach_camera_in_python_publishes_frames() {
-    let python = Path::new("python3");
-    let mut check = Command::new(python);
-    check.args(["-c", "import iceoryx2, numpy"]).stderr(Stdio::null());
-    if !check.status().is_ok_and(|status| status.success()) {
-        println!("skipped: a camera in Python: pip install iceoryx2 numpy, for python3");
-        return;
-    }
-    let name = unique_run("camera-py");
-    shows_a_moving_square(python, &["examples/attach_camera.py", &name], &name);
-}
-
 /// An example that is added is run by a test.
 #[test]
 fn every_example_is_run_by_a_test() {
