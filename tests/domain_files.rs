@@ -163,7 +163,7 @@ fn a_domain_that_there_is_not_is_told_with_those_that_there_are() {
         assert_eq!(
             said,
             "error: --domain: expected a folder with a domain.pddl, or the name of a shipped domain \
-             (blocksworld, cooking, hanoi), got blockworld; did you mean \"blocksworld\"?\n",
+             (blocksworld, cooking, hanoi, sorting), got blockworld; did you mean \"blocksworld\"?\n",
             "{args:?}"
         );
     }

@@ -6,16 +6,21 @@ mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use common::{TestRun, episode, n_panics, panic_of, small};
+use common::{TestRun, episode, n_panics, panic_of, project, small};
 use groundloop::hardware::FaultConfig;
 use groundloop::messages::{Stop, Verdict};
+use groundloop::run::{RunConfig, load_run};
 
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// Every seed reaches the goal, and what the loop believes is what the simulator knows.
 fn reaches(name: &str, faults_at_least: u64) {
+    reaches_as_set(&small(name, &[]), name, faults_at_least);
+}
+
+fn reaches_as_set(config: &RunConfig, name: &str, faults_at_least: u64) {
     for seed in SEEDS {
-        let mut config = small(name, &[]);
+        let mut config = config.clone();
         config.seed = seed;
         let run = TestRun::new();
         let episode = run.run(config).unwrap();
@@ -34,6 +39,14 @@ fn blocks_are_stacked_as_told() {
 #[test]
 fn disks_are_moved_as_told() {
     reaches("hanoi.toml", 0);
+}
+
+/// A domain that is a folder alone: general shapes, several in one tray. In pictures of half the size
+/// what stands behind something else in a tray is not always found well enough to be taken.
+#[test]
+fn boxes_and_cylinders_are_sorted_as_told() {
+    let name = "sorting.toml";
+    reaches_as_set(&load_run(&project("configs").join(name), &[]).unwrap(), name, 0);
 }
 
 #[test]

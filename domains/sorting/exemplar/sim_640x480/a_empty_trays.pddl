@@ -1,0 +1,6 @@
+(define (problem a_empty_trays)
+  (:domain sorting)
+  (:objects left_tray - tray right_tray - tray red_box - box yellow_box - box purple_box - box green_cylinder - cylinder blue_cylinder - cylinder pink_cylinder - cylinder)
+  (:init)
+  (:goal (and))
+)

@@ -1,0 +1,12 @@
+(define (problem c_rows)
+  (:domain sorting)
+  (:objects left_tray - tray right_tray - tray red_box - box yellow_box - box purple_box - box green_cylinder - cylinder blue_cylinder - cylinder pink_cylinder - cylinder)
+  (:init
+    (in blue_cylinder right_tray)
+    (in green_cylinder right_tray)
+    (in pink_cylinder right_tray)
+    (in purple_box left_tray)
+    (in red_box left_tray)
+    (in yellow_box left_tray))
+  (:goal (and))
+)

@@ -1,0 +1,12 @@
+(define (problem d_fronts)
+  (:domain sorting)
+  (:objects left_tray - tray right_tray - tray green_cylinder - cylinder yellow_box - box blue_cylinder - cylinder red_box - box purple_box - box pink_cylinder - cylinder)
+  (:init
+    (in blue_cylinder left_tray)
+    (in green_cylinder left_tray)
+    (in pink_cylinder right_tray)
+    (in purple_box right_tray)
+    (in red_box right_tray)
+    (in yellow_box left_tray))
+  (:goal (and))
+)

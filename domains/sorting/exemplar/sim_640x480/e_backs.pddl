@@ -1,0 +1,12 @@
+(define (problem e_backs)
+  (:domain sorting)
+  (:objects left_tray - tray right_tray - tray purple_box - box pink_cylinder - cylinder red_box - box blue_cylinder - cylinder yellow_box - box green_cylinder - cylinder)
+  (:init
+    (in blue_cylinder right_tray)
+    (in green_cylinder right_tray)
+    (in pink_cylinder left_tray)
+    (in purple_box left_tray)
+    (in red_box left_tray)
+    (in yellow_box right_tray))
+  (:goal (and))
+)
