@@ -87,6 +87,7 @@ pub fn run_file(config: &Path, settings: &[&str]) -> Result<EpisodeReport, RunEr
     runtime.block_on(async {
         let run = format!("{}-{}", prepared.config.domain, std::process::id());
         let bus = tokio::task::block_in_place(|| Bus::open(&BusConfig::for_run(run)))?;
-        Ok(run_episode(&prepared, EpisodeOptions { bus, snapshot: None }).await?.report)
+        let options = EpisodeOptions { bus, snapshot: None };
+        Ok(Box::pin(run_episode(&prepared, options)).await?.report)
     })
 }

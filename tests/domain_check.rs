@@ -113,7 +113,8 @@ fn said(root: &Path, changes: &[(&str, &str, &str)]) -> String {
         assert_eq!(text.lines().count(), 1, "{text}");
         text
     });
-    kinds.zip(told).map(|(kind, told)| format!("{kind}: {told}\n")).collect()
+    let lines = kinds.zip(told).map(|(kind, told)| format!("{kind}: {told}\n"));
+    lines.collect::<Vec<_>>().concat()
 }
 
 #[test]

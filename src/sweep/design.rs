@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-use super::spec::{Factor, Sampling, SweepSpec};
+use super::spec::{Sampling, SweepFactor, SweepSpec};
 
 /// The run file's key that is no key of it: which run file it is.
 const RUN: &str = "run";
@@ -119,7 +119,7 @@ enum Chosen<'a> {
     Level(&'a super::Level),
 }
 
-impl Factor {
+impl SweepFactor {
     /// One of its levels in a grid.
     fn level(&self, idx: u64) -> Chosen<'_> {
         let last = self.n_levels().saturating_sub(1).max(1);
@@ -157,7 +157,7 @@ impl Factor {
 }
 
 impl EpisodePlan {
-    fn take(&mut self, factor: &Factor, chosen: Chosen<'_>) {
+    fn take(&mut self, factor: &SweepFactor, chosen: Chosen<'_>) {
         let level = match chosen {
             Chosen::Value(value) => {
                 let shown = shown(&value);

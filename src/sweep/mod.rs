@@ -26,6 +26,6 @@ pub use record::{SweepLine, SweepRecord, SweepTiming};
 pub use report::{SweepLevel, SweepPoint, SweepReport, SweepTally};
 pub use shard::{Shard, ShardError};
 pub use slurm::slurm_script;
-pub use spec::{Factor, Level, ReportLayout, Sampling, SweepSpec};
+pub use spec::{Level, ReportLayout, Sampling, SweepFactor, SweepSpec};
 pub use store::{ShardFile, StoreError, SweepFolder};
 pub use tables::{episodes_csv, points_csv};

@@ -37,7 +37,7 @@ pub struct SweepSpec {
     pub set: toml::Table,
     /// What is varied; without any, a grid has one point.
     #[serde(default)]
-    pub factor: Vec<Factor>,
+    pub factor: Vec<SweepFactor>,
     /// How the plot of the report is laid out.
     #[serde(default)]
     pub report: ReportLayout,
@@ -77,7 +77,7 @@ pub enum Sampling {
 /// One thing that is varied, by exactly one of `values`, `range` and `levels`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Factor {
+pub struct SweepFactor {
     /// How it is called in tables; its key when none is given.
     #[serde(default)]
     pub name: String,
@@ -125,7 +125,7 @@ fn two() -> u64 {
     2
 }
 
-impl Factor {
+impl SweepFactor {
     /// How it is called in tables.
     pub fn title(&self) -> &str {
         if self.name.is_empty() { &self.key } else { &self.name }
@@ -191,7 +191,7 @@ impl SweepSpec {
 
     /// How many points a grid has; `None` where that is more than can be counted.
     pub fn n_points(&self) -> Option<u64> {
-        let levels = self.factor.iter().map(Factor::n_levels);
+        let levels = self.factor.iter().map(SweepFactor::n_levels);
         levels.into_iter().try_fold(1_u64, u64::checked_mul)
     }
 
@@ -222,7 +222,7 @@ impl SweepSpec {
         }
         let layout =
             [("x", &self.report.x), ("by", &self.report.by), ("panel", &self.report.panel)];
-        let titles: Vec<&str> = self.factor.iter().map(Factor::title).collect();
+        let titles: Vec<&str> = self.factor.iter().map(SweepFactor::title).collect();
         for (field, name) in layout {
             if !name.is_empty() && !titles.contains(&name.as_str()) {
                 let expected = format!("the name of a factor ({})", titles.join(", "));

@@ -1,5 +1,7 @@
 //! The layouts of `src/transport/wire.rs`, read from its source: names, types, offsets, what they mean.
 
+#![expect(clippy::panic, reason = "a source that is not understood must fail the test")]
+
 /// One record.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Record {
@@ -55,7 +57,7 @@ impl Layouts {
             }
             let told = || doc.join(" ").replace("[`", "`").replace("`]", "`");
             if let Some(rest) = line.strip_prefix("#[type_name(\"") {
-                type_name = rest.trim_end_matches("\")]").to_owned();
+                rest.trim_end_matches("\")]").clone_into(&mut type_name);
                 continue;
             }
             if line.starts_with("#[") {

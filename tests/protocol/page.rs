@@ -1,5 +1,7 @@
 //! The tables of the protocol page.
 
+#![expect(clippy::let_underscore_must_use, reason = "writing into a text cannot fail")]
+
 use std::fmt::Write as _;
 
 use super::layout::{Kind, Layouts};

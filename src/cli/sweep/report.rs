@@ -12,7 +12,7 @@ use super::opened;
 use super::worker::Player;
 use crate::actors::{SnapshotMoment, SnapshotRequest};
 use crate::sweep::{
-    Factor, FailurePicture, SweepDesign, SweepLevel, SweepPage, SweepRecord, SweepReport,
+    FailurePicture, SweepDesign, SweepFactor, SweepLevel, SweepPage, SweepRecord, SweepReport,
     episodes_csv, plot_sweep, points_csv,
 };
 
@@ -91,7 +91,7 @@ fn name_of(dir: &Path) -> String {
 }
 
 fn known_factor(design: &SweepDesign, wanted: &str) -> Result<(), Failure> {
-    let factors: Vec<&str> = design.spec().factor.iter().map(Factor::title).collect();
+    let factors: Vec<&str> = design.spec().factor.iter().map(SweepFactor::title).collect();
     if wanted.is_empty() || factors.contains(&wanted) {
         return Ok(());
     }
