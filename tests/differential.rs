@@ -127,10 +127,19 @@ fn hanoi_agrees_with_brute_force() {
 }
 
 #[test]
+fn sorting_agrees_with_brute_force() {
+    agrees_with_brute_force("sorting");
+}
+
+#[test]
 fn every_shipped_domain_is_compared() {
     let names = folders_in(&project("domains"));
     let names: Vec<_> = names.iter().map(|f| f.file_name().unwrap().to_str().unwrap()).collect();
-    assert_eq!(names, ["blocksworld", "cooking", "hanoi"], "a new domain needs its own test above");
+    assert_eq!(
+        names,
+        ["blocksworld", "cooking", "hanoi", "sorting"],
+        "a new domain needs its own test above"
+    );
 }
 
 /// Fast Downward through the Python that `GROUNDLOOP_FAST_DOWNWARD` names; prints what is skipped
