@@ -26,6 +26,7 @@
 
 // Core: values in, values out; no clock, no I/O.
 pub mod mismatch;
+pub mod draws;
 pub mod files;
 pub mod geometry;
 pub mod pddl;

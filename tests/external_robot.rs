@@ -6,10 +6,10 @@ mod common;
 
 use std::process::Stdio;
 
-use common::external::{CONFIG, hardware, run};
+use common::external::{CONFIG, hardware, run, waypoint};
 use common::{Killed, Process, SMALL_CAMERA, example, small, unique_run};
 use groundloop::actors::Monitor;
-use groundloop::messages::{Command, CommandKind, Event, Expect, Motion, StatusKind, Waypoint};
+use groundloop::messages::{Command, CommandKind, Event, Motion, StatusKind};
 use groundloop::run::HardwarePorts;
 use groundloop::transport::convert::{
     command_to_wire, device_header, robot_state_from_wire, status_from_wire,
@@ -47,17 +47,6 @@ fn a_robot_that_does_not_come_ends_the_run_with_its_own_exit_code() {
     assert_eq!(ended.status.code(), Some(5), "{}", ended.stderr);
     assert!(ended.stderr.contains("the robot"), "{}", ended.stderr);
     assert!(ended.stderr.contains("robot.wait_s"), "{}", ended.stderr);
-}
-
-fn waypoint(z: f64) -> Waypoint {
-    Waypoint {
-        position: Point3::new(0.1, 0.0, z),
-        yaw_rad: 0.0,
-        opening_m: 0.05,
-        speed_m_s: 5.0,
-        expect: Expect::Empty,
-        retractable: true,
-    }
 }
 
 /// `examples/attach_robot.rs` carries out a motion and says so.

@@ -6,7 +6,8 @@ mod common;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{Killed, project, unique_run};
+use common::external::waypoint;
+use common::{Killed, Process, SMALL_CAMERA, project, unique_run};
 use groundloop::messages::{
     Command as RobotCommand, CommandKind, Expect, Motion, StatusKind, Waypoint,
 };
@@ -88,17 +89,6 @@ fn a_camera_in_python_is_seen_as_it_is() {
     });
 }
 
-fn waypoint(z: f64) -> Waypoint {
-    Waypoint {
-        position: Point3::new(0.1, 0.0, z),
-        yaw_rad: 0.0,
-        opening_m: 0.05,
-        speed_m_s: 5.0,
-        expect: Expect::Empty,
-        retractable: true,
-    }
-}
-
 /// `clients/python/examples/robot.py` carries out a motion, refuses another, and says so.
 #[test]
 fn a_robot_in_python_follows_waypoints() {
@@ -132,11 +122,50 @@ fn a_robot_in_python_follows_waypoints() {
             said.push(status_from_wire(message.header(), message.records()).unwrap().kind);
         }
         send(2, vec![waypoint(-0.1)]);
-        let message = statuses.next().await.unwrap();
-        said.push(status_from_wire(message.header(), message.records()).unwrap().kind);
+        let mut next = async || {
+            let message = statuses.next().await.unwrap();
+            status_from_wire(message.header(), message.records()).unwrap().kind
+        };
+        said.push(next().await);
         let refused = StatusKind::Failed("that is below the table".to_owned());
         assert_eq!(said, [StatusKind::Accepted, StatusKind::Done, refused]);
+
+        // What is held stays gripped, though the jaws are told to be as wide as it is.
+        let gripped = Waypoint { opening_m: 0.0, expect: Expect::Anything, ..waypoint(0.1) };
+        let carried = Waypoint { expect: Expect::Holding, ..waypoint(0.2) };
+        send(3, vec![gripped, carried, waypoint(0.2)]);
+        assert_eq!([next().await, next().await], [StatusKind::Accepted, StatusKind::Done]);
+
+        // Nobody says anything while it is on a long way: it stands, and says so.
+        send(4, vec![Waypoint { speed_m_s: 0.001, ..waypoint(0.4) }]);
+        assert_eq!(next().await, StatusKind::Accepted);
+        let StatusKind::Failed(reason) = next().await else { panic!("it goes on unheard") };
+        assert!(reason.contains("nothing was heard"), "{reason}");
     });
+}
+
+/// What happens in a run, told in another process until it has ended.
+#[test]
+fn a_viewer_in_python_hears_a_run_to_its_end() {
+    if !is_there() {
+        return;
+    }
+    let name = unique_run("python-viewer");
+    let script = "import sys\nfrom groundloop import watch\n\
+                  def main():\n for event in watch(sys.argv[1]): print(event['text'])\nmain()";
+    let viewer = Command::new("python3")
+        .args(["-c", script, &name])
+        .env("PYTHONPATH", project("clients/python"))
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let sets = SMALL_CAMERA.iter().flat_map(|set| ["--set", *set]);
+    let args = ["run", "configs/blocksworld.toml", "--json", "--run", &name];
+    let run = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
+    assert_eq!(run.end().status.code(), Some(0));
+    let told = String::from_utf8(viewer.wait_with_output().unwrap().stdout).unwrap();
+    assert!(told.contains("skill: "), "{told}");
+    assert!(told.trim_end().ends_with("reached: the goal holds in a confirmed state"), "{told}");
 }
 
 /// A complete camera has 25 lines at most, a robot 60.

@@ -195,6 +195,22 @@ fn shipped_sweeps_are_right() {
     }
 }
 
+/// The sweep file that the page explains is one, and so is each level that it shows.
+#[test]
+fn the_page_shows_a_sweep_file() {
+    let page = fs::read_to_string(project("docs/sweeps.md")).unwrap();
+    let shown = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let work = Work::new();
+    let level = page.split("`{ name = \"dim\"").nth(1).unwrap().split('`').next().unwrap();
+    let level = format!("{{ name = \"dim\"{level}");
+    let light = format!("[[factor]]\nname = \"light\"\nlevels = [{level}]\n");
+    fs::write(work.path("shown.toml"), shown.replace("[report]", &format!("{light}[report]")))
+        .unwrap();
+    let (code, said, err) = work.sweep(&["show", "@/shown.toml"], &[]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(said.contains("24 episodes of blocksworld_faults") && said.contains("dim"), "{said}");
+}
+
 /// A job array on a real Slurm, where there is one.
 #[test]
 fn a_job_array_of_slurm_runs_the_shards() {

@@ -8,7 +8,8 @@ use image::{ImageBuffer, ImageError, ImageFormat, Luma, RgbImage};
 use serde::Serialize;
 
 use super::instruction::{Speech, condition_of};
-use super::{DrawnScene, Draws, Factor, IndexLine, SceneSetting, SceneSource};
+use super::{DrawnScene, Factor, IndexLine, SceneSetting, SceneSource};
+use crate::draws::Draws;
 use crate::goals::GoalObject;
 use crate::goals::image::changed_by_actions;
 use crate::hardware::sim::{Labeller, Look};
@@ -54,7 +55,7 @@ pub(super) fn example(
     factors: &[Factor],
     (seed, number): (u64, u64),
 ) -> Result<Example, ConfigError> {
-    let mut draws = Draws::new(seed, number);
+    let mut draws = Draws::of_key([seed, number, 0, 0]);
     let values: Vec<_> = factors.iter().map(|factor| factor.drawn(&mut draws)).collect();
     let setting = source.setting(&values)?;
     let seen = seen(&setting, labeller, &mut draws, number)?;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::Draws;
+use crate::draws::Draws;
 use crate::mismatch::{Mismatch, listed};
 use crate::settings::near_hint;
 
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn every_value_comes_up_and_no_other() {
-        let mut draws = Draws::new(1, 1);
+        let mut draws = Draws::of_key([1, 1, 0, 0]);
         for text in ["objects=2..4", "objects=2,3,4"] {
             let factor: Factor = text.parse().unwrap();
             let drawn: Vec<i64> =

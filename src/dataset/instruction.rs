@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::Draws;
+use crate::draws::Draws;
 use crate::goals::instruction::parse;
 use crate::goals::{GoalObject, Language};
 use crate::pddl::{Atom, Condition, Domain, Literal, Name, Term};

@@ -3,7 +3,6 @@
 //! Every scene is a pure function of the data set's seed, its own number and the factors: who renders it,
 //! and when, changes nothing.
 
-mod draws;
 mod factor;
 mod scene_source;
 mod instruction;
@@ -11,7 +10,6 @@ mod example;
 mod report;
 mod generate;
 
-pub use draws::Draws;
 pub use factor::{Factor, FactorValue, OWN_KEYS};
 pub use generate::{DatasetRequest, generate};
 pub use report::{DatasetReport, FactorReport, IndexLine};

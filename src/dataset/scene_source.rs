@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Draws, Factor, FactorValue};
+use super::{Factor, FactorValue};
+use crate::draws::Draws;
 use crate::files::FileRef;
 use crate::hardware::sim::{ChangedScene, SimConfig};
 use crate::mismatch::Mismatch;

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use super::sim_grounding::{Row, SetUp, Source, Used, examples, row};
 use super::wilson_95;
-use crate::dataset::{Draws, FactorValue, SceneSource};
+use crate::dataset::{FactorValue, SceneSource};
+use crate::draws::Draws;
 use crate::hardware::sim::{Labeller, Look, exemplar_scenes};
 use crate::run::ConfigError;
 
@@ -213,7 +214,7 @@ fn measure_cell(
     let level_rows = || kinds.iter().map(|(objects, used)| row(folder, "usual", *objects, *used));
     let mut levels: Vec<Vec<Row>> = cell.levels.iter().map(|_| level_rows().collect()).collect();
     for seed in 1..=seeds {
-        let scene = setting.drawn(&mut Draws::new(seed, 0))?;
+        let scene = setting.drawn(&mut Draws::of_key([seed, 0, 0, 0]))?;
         let look = labeller.look_at(&scene.start, &setting.sim, seed)?;
         setup.count(&look, &mut levels[cell.level_of(&look)])?;
         done();

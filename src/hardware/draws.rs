@@ -1,7 +1,6 @@
 //! Whether a fault happens, drawn from the run's seed: apart from everything else that is random.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use crate::draws::Draws;
 
 /// The purpose of this draw among those of one occurrence of a fault.
 const CHANCE: u64 = 0;
@@ -9,14 +8,7 @@ const CHANCE: u64 = 0;
 /// Whether one occurrence of a fault happens. It depends on the seed, the fault's place in the run file, the number
 /// of its occurrence and the probability, and on nothing else.
 pub fn is_drawn(seed: u64, (fault, occurrence): (usize, u64), probability: f64) -> bool {
-    let mut key = [0; 32];
-    let numbers = [seed, fault as u64, occurrence, CHANCE];
-    for (bytes, number) in key.chunks_exact_mut(8).zip(numbers) {
-        bytes.copy_from_slice(&number.to_le_bytes());
-    }
-    // 53 random bits, in [0, 1).
-    let bits = ChaCha8Rng::from_seed(key).next_u64() >> 11;
-    (bits as f64) * (1.0 / (1_u64 << 53) as f64) < probability
+    Draws::of_key([seed, fault as u64, occurrence, CHANCE]).unit() < probability
 }
 
 #[cfg(test)]

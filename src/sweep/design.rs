@@ -1,9 +1,7 @@
 //! Which episodes a sweep has: a pure function of its spec.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-
 use super::spec::{Sampling, SweepFactor, SweepSpec};
+use crate::draws::Draws;
 
 /// The run file's key that is no key of it: which run file it is.
 const RUN: &str = "run";
@@ -195,16 +193,10 @@ fn settings(table: &toml::Table) -> Vec<String> {
 /// Where each of `n` samples is for one factor: in every nth part of the range there is one, in a drawn order
 /// and at a drawn place of the part.
 fn places(seed: u64, factor: u64, n: u64) -> Vec<f64> {
-    let mut generator = ChaCha8Rng::seed_from_u64(seed);
-    generator.set_stream(factor);
-    let mut unit = move || (generator.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64);
+    let mut draws = Draws::stream(seed, factor);
     let mut parts: Vec<u64> = (0..n).collect();
-    // Fisher and Yates, from the end.
-    for last in (1..parts.len()).rev() {
-        let other = (unit() * (last + 1) as f64) as usize;
-        parts.swap(last, other.min(last));
-    }
-    parts.into_iter().map(|part| (part as f64 + unit()) / n as f64).collect()
+    draws.shuffle(&mut parts);
+    parts.into_iter().map(|part| (part as f64 + draws.unit()) / n as f64).collect()
 }
 
 /// A word for a POSIX shell.

@@ -156,12 +156,12 @@ fn interval(tally: &SweepTally) -> String {
 fn wrong(tally: &SweepTally) -> Markup {
     html! {
         @if tally.false_reached > 0 {
-            " " span.wrong { (tally.false_reached) " said to be reached and not so." }
+            " " span.wrong { "Said to be reached and not so: " (tally.false_reached) "." }
         }
         @if tally.against_evidence > 0 {
-            " " span.wrong { (tally.against_evidence) " steps against what could be known." }
+            " " span.wrong { "Steps against what could be known: " (tally.against_evidence) "." }
         }
-        @if tally.errors > 0 { " " span.wrong { (tally.errors) " ended without a verdict." } }
+        @if tally.errors > 0 { " " span.wrong { "Ended without a verdict: " (tally.errors) "." } }
     }
 }
 

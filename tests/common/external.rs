@@ -1,5 +1,8 @@
 //! Runs whose camera and robot are played by another process.
 
+use groundloop::messages::{Expect, Waypoint};
+use nalgebra::Point3;
+
 use super::Process;
 
 /// The run file of the task.
@@ -64,4 +67,16 @@ pub fn hardware_of(config: &str, name: &str, sets: &[&str]) -> Process {
     let mut hardware = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
     hardware.wait_for_line("playing camera and ");
     hardware
+}
+
+/// A point at a height above the table, with nothing in the gripper.
+pub fn waypoint(z: f64) -> Waypoint {
+    Waypoint {
+        position: Point3::new(0.1, 0.0, z),
+        yaw_rad: 0.0,
+        opening_m: 0.05,
+        speed_m_s: 5.0,
+        expect: Expect::Empty,
+        retractable: true,
+    }
 }

@@ -14,7 +14,7 @@ WAIT_S = 0.5
 def watch(run: str, bus: Bus | None = None) -> Iterator[dict[str, Any]]:
     """Every event of a run, from the last ones that it keeps, until it has ended. Waits for the run to start.
 
-    An event has `text`, a line for people; the last one has `verdict` instead.
+    Each has `text`, a line for people, and `event`; the last one has `end` instead, which tells the verdict.
     """
     bus = bus or Bus(run)
     events = bus.reader("event", wire.StreamHeader, ctypes.c_uint8)

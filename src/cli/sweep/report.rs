@@ -132,7 +132,7 @@ fn pictures(
             moment: SnapshotMoment::First,
         };
         if let Some(plan) = design.episode(record.index) {
-            let again = player.play(&plan, |_| Some(request));
+            let again = player.play(&plan, Some(request));
             let index = record.index;
             match (again, std::fs::read(&path)) {
                 (Ok(_), Ok(png)) => taken.push(FailurePicture { index, png }),

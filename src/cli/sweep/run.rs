@@ -1,5 +1,6 @@
 //! `groundloop sweep run`: the episodes of a sweep, or one shard of them.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -42,10 +43,10 @@ pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
         out::note(&format!("shard {shard} is done: {}", args.out.display()));
         return Ok(0);
     };
-    let is_kept = |index: &u64| kept.lines().iter().any(|line| line.record.index == *index);
+    let there: BTreeSet<u64> = kept.lines().iter().map(|line| line.record.index).collect();
     let mut left: Vec<u64> = shard.episodes(design.len()).collect();
     let n_all = left.len();
-    left.retain(|index| !is_kept(index));
+    left.retain(|index| !there.contains(index));
     let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = args.jobs.map_or_else(processors, usize::from);
     let mut progress = Progress::new(n_all, kept.lines());

@@ -1,5 +1,6 @@
 //! `groundloop sweep show`: which episodes a sweep file means.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use comfy_table::Cell;
@@ -11,6 +12,8 @@ use super::given;
 use crate::run::load_run;
 use crate::sweep::{Sampling, SweepDesign};
 
+/// Most run files that are read before a sweep starts.
+const READ_MAX: usize = 200;
 /// Most levels of a factor that are listed.
 const LEVELS_MAX: usize = 12;
 
@@ -69,23 +72,22 @@ pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Reads the run file of every level at least once: a wrong key is told before anything runs.
+/// Reads the run file of every level at least once, so that a wrong key is told before anything runs; of ranges
+/// with a value of its own in each episode, the first ones tell.
 pub(super) fn try_each_point(design: &SweepDesign) -> Result<(), Failure> {
-    let mut known: Vec<crate::sweep::Setting> = Vec::new();
-    for index in 0..design.len() {
-        let Some(plan) = design.episode(index) else { break };
-        if index > 0 && plan.settings.iter().all(|setting| known.contains(setting)) {
-            // Ranges of a hypercube have new values in every episode: the first few tell.
+    let mut tried = BTreeSet::new();
+    let mut n_read = 0;
+    for plan in (0..design.len()).map_while(|index| design.episode(index)) {
+        let before = tried.len();
+        tried.extend(plan.settings.iter().map(|s| (s.factor.clone(), s.level.clone())));
+        if tried.len() == before && n_read > 0 {
             continue;
         }
         load_run(plan.run.as_ref(), &plan.sets)?;
-        known.extend(plan.settings);
-        if known.len() > TRIED_MAX {
+        n_read += 1;
+        if n_read == READ_MAX {
             break;
         }
     }
     Ok(())
 }
-
-/// Most levels that are tried before a sweep starts.
-const TRIED_MAX: usize = 200;

@@ -8,6 +8,7 @@ use tokio::runtime::Runtime;
 
 use super::super::{Failure, out};
 use super::given;
+use crate::actors::SnapshotRequest;
 use crate::run::{Episode, EpisodeOptions, PreparedRun, RunError, load_run, run_episode};
 use crate::sweep::{EpisodePlan, SweepLine};
 use crate::transport::{Bus, BusConfig};
@@ -28,7 +29,7 @@ pub(in crate::cli) fn run(args: &Args) -> Result<u8, Failure> {
         let line = line.map_err(Failure::internal)?;
         let plan = line.trim().parse().ok().and_then(|index| design.episode(index));
         let plan = plan.ok_or_else(|| Failure::bad_input(format!("no such episode: {line}")))?;
-        let ended = player.play(&plan, |_| None);
+        let ended = player.play(&plan, None);
         let ended = ended.as_ref().map(|episode| &episode.report).map_err(Failure::reason);
         out::json(&SweepLine::new(&plan, ended.map_err(|reason| reason as &str)))?;
     }
@@ -56,11 +57,11 @@ impl Player {
         Ok(Self { runtime: runtime.map_err(Failure::internal)?, last: None })
     }
 
-    /// Runs an episode; `picture` may ask for one, given the run file.
+    /// Runs an episode, and takes a picture of it if one is asked for.
     pub(super) fn play(
         &mut self,
         plan: &EpisodePlan,
-        picture: impl FnOnce(&PreparedRun) -> Option<crate::actors::SnapshotRequest>,
+        snapshot: Option<SnapshotRequest>,
     ) -> Result<Episode, Failure> {
         let key = (plan.run.clone(), plan.sets.clone());
         if self.last.as_ref().is_none_or(|(last, _)| *last != key) {
@@ -70,7 +71,6 @@ impl Player {
         let Some((_, prepared)) = &self.last else { return Err(Failure::internal("no run")) };
         let mut prepared = prepared.clone();
         prepared.config.seed = plan.seed;
-        let snapshot = picture(&prepared);
         let episode = self.runtime.block_on(async {
             let bus = BusConfig::for_run(prepared.config.run_name());
             let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;

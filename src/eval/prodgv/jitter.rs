@@ -1,13 +1,10 @@
 //! Boxes that are a little off, as detectors draw them.
 
-use std::f64::consts::TAU;
-
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::recorded::Pair;
+use crate::draws::Draws;
 use crate::geometry::PixelBox;
 use crate::perception::model::ObjectBox;
 
@@ -25,9 +22,8 @@ pub struct Jitter {
 /// No detector gives a box without an inside, so edges that come to lie the wrong way round are
 /// swapped.
 pub fn disturbed(boxes: &[ObjectBox], px: f64, seed: u64, (e, t): Pair) -> Vec<ObjectBox> {
-    let mut generator = ChaCha8Rng::seed_from_u64(seed);
-    generator.set_stream(u64::from(e) << 32 | u64::from(t));
-    let mut moved = |value: f64| value + px * normal(&mut generator);
+    let mut draws = Draws::stream(seed, u64::from(e) << 32 | u64::from(t));
+    let mut moved = |value: f64| value + px * draws.normal();
     let mut disturb = |object: &ObjectBox| {
         let PixelBox { x1, y1, x2, y2 } = object.pixel_box;
         let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(&mut moved);
@@ -35,17 +31,6 @@ pub fn disturbed(boxes: &[ObjectBox], px: f64, seed: u64, (e, t): Pair) -> Vec<O
         ObjectBox { pixel_box: PixelBox { x1, y1, x2, y2 }, ..object.clone() }
     };
     boxes.iter().map(&mut disturb).collect()
-}
-
-/// A number in `[0, 1)` with 53 random bits.
-fn unit(generator: &mut ChaCha8Rng) -> f64 {
-    (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// A sample of the standard normal distribution (Box and Muller 1958).
-fn normal(generator: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - unit(generator)).ln()).sqrt();
-    radius * (TAU * unit(generator)).cos()
 }
 
 #[cfg(test)]

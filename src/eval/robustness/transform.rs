@@ -5,10 +5,9 @@
 
 use image::RgbImage;
 use image::imageops::{self, FilterType};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::draw::{Shape, fill, halves, recolour_ground};
+use crate::draws::Draws;
 use crate::geometry::PixelBox;
 use crate::perception::model::ObjectBox;
 
@@ -30,13 +29,13 @@ pub struct Transform {
     pub help: &'static str,
     /// Whether objects may be hidden: then *unknown* is as good as right.
     pub hides: bool,
-    apply: fn(&mut LabelledPicture, &mut ChaCha8Rng),
+    apply: fn(&mut LabelledPicture, &mut Draws),
 }
 
 const fn shown(
     name: &'static str,
     help: &'static str,
-    apply: fn(&mut LabelledPicture, &mut ChaCha8Rng),
+    apply: fn(&mut LabelledPicture, &mut Draws),
 ) -> Transform {
     Transform { name, help, hides: false, apply }
 }
@@ -44,7 +43,7 @@ const fn shown(
 const fn hiding(
     name: &'static str,
     help: &'static str,
-    apply: fn(&mut LabelledPicture, &mut ChaCha8Rng),
+    apply: fn(&mut LabelledPicture, &mut Draws),
 ) -> Transform {
     Transform { name, help, hides: true, apply }
 }
@@ -74,7 +73,7 @@ pub const TRANSFORMS: &[Transform] = &[
         p.image = imageops::blur(&p.image, 3.0);
     }),
     shown("rotated", "by 3 to 5 degrees, either way", |p, r| {
-        let angle = (3.0 + 2.0 * unit(r)).copysign(unit(r) - 0.5);
+        let angle = (3.0 + 2.0 * r.unit()).copysign(r.unit() - 0.5);
         rotate(p, angle.to_radians());
     }),
     shown("half size", "scaled by 0.5", |p, _| scale(p, 0.5)),
@@ -97,7 +96,7 @@ impl Transform {
     /// The disturbed picture. Objects that are no longer in it are left out.
     pub fn of(&self, picture: &LabelledPicture, seed: u64) -> LabelledPicture {
         let mut disturbed = picture.clone();
-        (self.apply)(&mut disturbed, &mut ChaCha8Rng::seed_from_u64(seed));
+        (self.apply)(&mut disturbed, &mut Draws::stream(seed, 0));
         let (width, height) = disturbed.image.dimensions();
         disturbed.objects.retain_mut(|object| {
             let b = &mut object.pixel_box;
@@ -111,17 +110,6 @@ impl Transform {
         });
         disturbed
     }
-}
-
-/// A number from 0 up to 1.
-fn unit(rng: &mut ChaCha8Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// A value of the standard normal distribution (Box and Muller, 1958).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - unit(rng)).ln()).sqrt();
-    radius * (std::f64::consts::TAU * unit(rng)).cos()
 }
 
 fn byte(value: f64) -> u8 {
@@ -155,9 +143,9 @@ fn exposed(value: f64, light: f64) -> f64 {
         }
 }
 
-fn noise(picture: &mut LabelledPicture, sigma: f64, rng: &mut ChaCha8Rng) {
+fn noise(picture: &mut LabelledPicture, sigma: f64, rng: &mut Draws) {
     for v in picture.image.iter_mut() {
-        *v = byte(f64::from(*v) + sigma * normal(rng));
+        *v = byte(f64::from(*v) + sigma * rng.normal());
     }
 }
 
@@ -186,13 +174,13 @@ fn mirror(picture: &mut LabelledPicture) {
 }
 
 /// Crops to the objects' common box and at least a fifth of the picture around it.
-fn crop(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
+fn crop(picture: &mut LabelledPicture, rng: &mut Draws) {
     let (width, height) = picture.image.dimensions();
     let (w, h) = (f64::from(width), f64::from(height));
     let Some(hull) = picture.objects.iter().map(|o| o.pixel_box).reduce(|a, b| a.hull(&b)) else {
         return;
     };
-    let mut margin = |side: f64| side * (0.1 + 0.2 * unit(rng));
+    let mut margin = |side: f64| side * (0.1 + 0.2 * rng.unit());
     let x1 = (hull.x1 - margin(w)).max(0.0).floor();
     let y1 = (hull.y1 - margin(h)).max(0.0).floor();
     let x2 = (hull.x2 + margin(w)).min(w).ceil();
@@ -243,41 +231,42 @@ fn moved(picture: &mut LabelledPicture, to: impl Fn([f64; 2]) -> [f64; 2]) {
     }
 }
 
-fn clutter(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
+fn clutter(picture: &mut LabelledPicture, rng: &mut Draws) {
     let (w, h) = (f64::from(picture.image.width()), f64::from(picture.image.height()));
     let top = picture.objects.iter().map(|o| o.pixel_box.y1).fold(h, f64::min);
     let side = h / 14.0;
     // High on the wall, where nothing that is stacked can be; on the ground, where there is none.
-    let y = if top > 3.0 * side { side * (0.5 + unit(rng)) } else { h - side * (1.2 + unit(rng)) };
+    let y =
+        if top > 3.0 * side { side * (0.5 + rng.unit()) } else { h - side * (1.2 + rng.unit()) };
     let things = [([200, 50, 45], Shape::Ellipse), ([50, 100, 200], Shape::Rectangle)];
     for (i, (rgb, shape)) in things.into_iter().enumerate() {
-        let x = w * (0.06 + 0.7 * i as f64 + 0.12 * unit(rng));
+        let x = w * (0.06 + 0.7 * i as f64 + 0.12 * rng.unit());
         fill(&mut picture.image, PixelBox::from([x, y, x + side, y + side]), rgb, shape);
     }
 }
 
 /// One object, chosen by the seed.
-fn one_of(picture: &LabelledPicture, rng: &mut ChaCha8Rng) -> Option<PixelBox> {
+fn one_of(picture: &LabelledPicture, rng: &mut Draws) -> Option<PixelBox> {
     let n = picture.objects.len();
-    let at = (unit(rng) * n as f64) as usize;
+    let at = (rng.unit() * n as f64) as usize;
     picture.objects.get(at).map(|object| object.pixel_box)
 }
 
-fn pole(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
+fn pole(picture: &mut LabelledPicture, rng: &mut Draws) {
     let Some(b) = one_of(picture, rng) else { return };
     let half = (b.width() / 6.0).max(2.0);
-    let x = b.x1 + b.width() * (0.3 + 0.4 * unit(rng));
+    let x = b.x1 + b.width() * (0.3 + 0.4 * rng.unit());
     let height = f64::from(picture.image.height());
     let pole = PixelBox::from([x - half, (b.y1 - 3.0 * b.height()).max(0.0), x + half, height]);
     fill(&mut picture.image, pole, [128, 128, 126], Shape::Rectangle);
 }
 
-fn hand(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
+fn hand(picture: &mut LabelledPicture, rng: &mut Draws) {
     let Some(b) = one_of(picture, rng) else { return };
     let side = b.width().max(b.height()) * 1.5;
-    let from_left = unit(rng) < 0.5;
+    let from_left = rng.unit() < 0.5;
     let x = if from_left { b.x1 + b.width() * 0.35 - side } else { b.x2 - b.width() * 0.35 };
-    let y = b.y1 + b.height() * (0.2 * unit(rng)) - side * 0.2;
+    let y = b.y1 + b.height() * (0.2 * rng.unit()) - side * 0.2;
     let palm = PixelBox::from([x, y, x + side, y + side * 0.8]);
     fill(&mut picture.image, palm, [205, 160, 135], Shape::Ellipse);
     let width = f64::from(picture.image.width());
@@ -287,13 +276,13 @@ fn hand(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
     fill(&mut picture.image, arm, [205, 160, 135], Shape::Rectangle);
 }
 
-fn shadow(picture: &mut LabelledPicture, rng: &mut ChaCha8Rng) {
+fn shadow(picture: &mut LabelledPicture, rng: &mut Draws) {
     let Some(hull) = picture.objects.iter().map(|o| o.pixel_box).reduce(|a, b| a.hull(&b)) else {
         return;
     };
-    let edge = hull.x1 + hull.width() * (0.3 + 0.4 * unit(rng));
+    let edge = hull.x1 + hull.width() * (0.3 + 0.4 * rng.unit());
     let soft = f64::from(picture.image.width()) / 40.0;
-    let is_left = unit(rng) < 0.5;
+    let is_left = rng.unit() < 0.5;
     for (x, _, pixel) in picture.image.enumerate_pixels_mut() {
         let depth = (f64::from(x) - edge) / soft * if is_left { -1.0 } else { 1.0 };
         let light = 1.0 - 0.6 * (0.5 + depth / 2.0).clamp(0.0, 1.0);
