@@ -164,8 +164,11 @@ fn a_viewer_in_python_hears_a_run_to_its_end() {
     let run = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
     assert_eq!(run.end().status.code(), Some(0));
     let told = String::from_utf8(viewer.wait_with_output().unwrap().stdout).unwrap();
-    assert!(told.contains("skill: "), "{told}");
-    assert!(told.trim_end().ends_with("reached: the goal holds in a confirmed state"), "{told}");
+    assert!(told.contains("started ("), "{told}");
+    assert!(
+        told.trim_end().ends_with("end: reached: the goal holds in a confirmed state"),
+        "{told}"
+    );
 }
 
 /// A complete camera has 25 lines at most, a robot 60.

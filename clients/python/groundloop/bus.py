@@ -61,7 +61,7 @@ class Bus:
         subscriber = samples.subscriber_builder().create()
         joined = joins.notifier_builder().default_event_id(iox2.EventId.new(EVENT_JOINED)).create()
         joined.notify()
-        return Reader(subscriber, listener, joined)
+        return Reader(samples, subscriber, listener, joined)
 
     def _services(self, topic: str, header: type, record: type) -> tuple[Any, Any, Any]:
         name = f"groundloop/{self.run}/{topic}"
@@ -124,9 +124,13 @@ class Writer(Generic[Header]):
 class Reader(Generic[Header]):
     """The reading end of a topic."""
 
-    def __init__(self, subscriber: Any, listener: Any, joined: Any) -> None:
+    def __init__(self, service: Any, subscriber: Any, listener: Any, joined: Any) -> None:
         # What has announced this reader lives as long as the reader does.
-        self._subscriber, self._listener, self._joined = subscriber, listener, joined
+        self._service, self._subscriber, self._listener, self._joined = service, subscriber, listener, joined
+
+    def has_writer(self) -> bool:
+        """Whether somebody writes the topic."""
+        return self._service.dynamic_config.number_of_publishers > 0
 
     def take(self) -> Iterator[tuple[Header, np.ndarray]]:
         """Every message that has come, as header and the payload's bytes, both copied; other versions are left out."""

@@ -14,16 +14,20 @@ WAIT_S = 0.5
 def watch(run: str, bus: Bus | None = None) -> Iterator[dict[str, Any]]:
     """Every event of a run, from the last ones that it keeps, until it has ended. Waits for the run to start.
 
-    Each has `text`, a line for people, and `event`; the last one has `end` instead, which tells the verdict.
+    Each has `text`, a line for people, and `event`; the last one's `event["event"]` is "end", with the verdict. A run
+    that breaks off has no such one.
     """
     bus = bus or Bus(run)
     events = bus.reader("event", wire.StreamHeader, ctypes.c_uint8)
-    verdicts = bus.reader("verdict", wire.StreamHeader, ctypes.c_uint8)
+    is_started = False
     while True:
-        ended = [json.loads(payload.tobytes()) for _, payload in verdicts.take()]
+        has_writer = events.has_writer()
         for _, payload in events.take():
-            yield json.loads(payload.tobytes())
-        if ended:
-            yield ended[-1]
+            event = json.loads(payload.tobytes())
+            yield event
+            if event["event"]["event"] == "end":
+                return
+        if is_started and not has_writer:
             return
+        is_started |= has_writer
         events.wait(WAIT_S)
