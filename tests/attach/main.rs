@@ -1,0 +1,16 @@
+//! Other processes: topics, cameras, robots, clients, examples.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cameras;
+#[cfg(feature = "sim")]
+mod examples;
+mod external_camera;
+#[cfg(feature = "sim")]
+mod external_robot;
+mod foreign;
+mod protocol;
+mod python_client;
+mod topics;
+mod transport;

@@ -1,0 +1,14 @@
+//! The repository itself: layers, files, schemas, parts, and what the program prints.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+#[cfg(feature = "sim")]
+mod cli;
+mod configuration;
+mod layers;
+mod messages;
+mod parts;
+mod schemas;
+#[cfg(feature = "sim")]
+mod tidy;
