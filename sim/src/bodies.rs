@@ -41,18 +41,21 @@ enum Role {
     Ring,
     /// A peg: meets solids and rings.
     Peg,
+    /// A finger: meets what it can grasp.
+    Finger,
 }
 
 impl Role {
     fn groups(self) -> InteractionGroups {
         let (ground, solids, plates) = (Group::GROUP_1, Group::GROUP_2, Group::GROUP_3);
-        let (rings, pegs) = (Group::GROUP_4, Group::GROUP_5);
+        let (rings, pegs, fingers) = (Group::GROUP_4, Group::GROUP_5, Group::GROUP_6);
         let (member, meets) = match self {
             Self::Ground => (ground, solids | rings),
-            Self::Solid => (solids, ground | solids | plates | pegs),
-            Self::Plate => (plates, solids | plates),
+            Self::Solid => (solids, ground | solids | plates | pegs | fingers),
+            Self::Plate => (plates, solids | plates | fingers),
             Self::Ring => (rings, ground | pegs),
             Self::Peg => (pegs, solids | rings),
+            Self::Finger => (fingers, solids | plates),
         };
         InteractionGroups::new(member, meets, InteractionTestMode::And)
     }
@@ -112,7 +115,7 @@ fn solid_part(solid: &Solid) -> (Pose, SharedShape) {
 fn frame(role: Role) -> Pose {
     match role {
         Role::Plate => Pose::rotation(Vector::new(FRAC_PI_2 as f32, 0.0, 0.0)),
-        Role::Ground | Role::Solid | Role::Ring | Role::Peg => Pose::identity(),
+        Role::Ground | Role::Solid | Role::Ring | Role::Peg | Role::Finger => Pose::identity(),
     }
 }
 
@@ -160,6 +163,11 @@ pub(crate) fn colliders(
             .position(frame(role))
     };
     parts(body).into_iter().map(collider).collect()
+}
+
+/// What a finger meets.
+pub(crate) fn finger_groups() -> InteractionGroups {
+    Role::Finger.groups()
 }
 
 /// The table: a slab with its top at z = 0.

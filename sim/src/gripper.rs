@@ -1,11 +1,9 @@
 //! The floating parallel gripper: commands, limits of motion, and its outer shape.
 //!
 //! The gripper is a kinematic body: it goes where it is told within its limits of speed and
-//! acceleration. Its links do not collide with objects. A parallel grasp by friction alone needs a
-//! contact model finer than this simulator's step, and it fails at placing rather than at lifting;
-//! so an object between the closing fingers is joined to the gripper instead, and links that
-//! touched it or its neighbours would only fight that joint. The held object itself collides with
-//! everything.
+//! acceleration. How it holds is the world's choice: an object between the closing fingers is
+//! joined to the gripper, whose links then meet nothing, since they would only fight that joint; or
+//! the fingers collide and hold by friction. The held object collides with everything.
 
 use std::f64::consts::PI;
 
@@ -29,8 +27,11 @@ pub(crate) const TIP_BELOW_M: f64 = 0.006;
 pub(crate) const PAD_WIDTH_M: f64 = 0.018;
 /// Length of the fingers above the tool centre point: a peg that sticks out 120 mm above a disk
 /// being grasped stays below the palm.
-const FINGER_LENGTH_M: f64 = 0.15;
+pub(crate) const FINGER_LENGTH_M: f64 = 0.15;
 const FINGER_THICKNESS_M: f64 = 0.009;
+const PAD_THICKNESS_M: f64 = 0.003;
+/// Depth of a finger with its pad along the jaw axis, in metres.
+pub(crate) const FINGER_DEPTH_M: f64 = FINGER_THICKNESS_M + PAD_THICKNESS_M;
 /// Speed of the opening, in metres per second: a full stroke takes 0.15 s.
 const JAW_SPEED_M_S: f64 = 0.87;
 const TURN_SPEED_MAX_RAD_S: f64 = 4.0;
@@ -224,7 +225,7 @@ pub(crate) fn links(opening_m: f64) -> [Link; 9] {
     let metal = |middle, size| Link { middle, size, dark: false };
     let dark = |middle, size| Link { middle, size, dark: true };
     let finger = |side: f64| {
-        let pad = 0.003;
+        let pad = PAD_THICKNESS_M;
         let x = side * (0.5 * opening_m + pad + 0.5 * FINGER_THICKNESS_M);
         let z = 0.5 * (FINGER_LENGTH_M - TIP_BELOW_M);
         let tip_height = 0.026;

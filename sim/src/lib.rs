@@ -70,7 +70,10 @@ mod gripper;
 mod grasp;
 mod bodies;
 mod push;
+mod fingers;
+mod hold;
 mod world;
+mod grip;
 mod state;
 mod truth;
 mod faults;
@@ -87,7 +90,7 @@ mod render;
 
 pub use body_spec::{BodySpec, SCENERY};
 pub use camera::{CameraError, CameraSpec, Intrinsics, LightSpec, Mount, NoiseSpec};
-pub use config::{STEPS_PER_SECOND, WorldConfig};
+pub use config::{Grasp, STEPS_PER_SECOND, WorldConfig};
 pub use drawables::GRIPPER_ID;
 pub use faults::{FaultError, WorldFault};
 pub use gripper::{

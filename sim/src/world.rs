@@ -1,18 +1,18 @@
-//! The physical world: bodies, gripper, time. The only file, with `bodies.rs` and `convert.rs`,
-//! that names rapier.
+//! The physical world: bodies, gripper, time. With `bodies.rs`, `convert.rs`, `fingers.rs`,
+//! `hold.rs` and `grip.rs` the only file that names rapier.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::{
-    GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, PhysicsWorld,
-    RigidBodyBuilder, RigidBodyHandle, SpringCoefficients, Vector,
+    PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients, Vector,
 };
 
 use crate::bodies;
 use crate::body_spec::BodySpec;
-use crate::config::{STEPS_PER_SECOND, WorldConfig};
+use crate::config::{Grasp, STEPS_PER_SECOND, WorldConfig};
 use crate::convert;
-use crate::grasp::{self, Span};
+use crate::fingers::Fingers;
 use crate::gripper::{CommandError, Gripper, GripperCommand, GripperState};
+use crate::hold::{Grip, Jaws};
 use crate::layout;
 use crate::material::Material;
 use crate::push::UnderWay;
@@ -29,30 +29,12 @@ const CONTACT_DAMPING_RATIO: f32 = 10.0;
 /// Size of the objects, which rapier's distances scale with. At 1 m a contact may be kept while a
 /// body moves by 50 mm, and a disk that falls over a peg sticks to its tip in mid-air.
 const LENGTH_UNIT_M: f32 = 0.05;
-/// Stiffness of the grip. Compliant, so that a held disk yields to a peg instead of fighting it,
-/// and stiff enough that an object hangs by 0.2 mm only.
-const GRIP_FREQUENCY_HZ: f32 = 35.0;
-/// An object that is pushed out of its place in the grip by more than this slips out, in metres.
-const SLIP_M: f64 = 0.012;
-/// Opening by more than this beyond a held object's width lets it go, in metres.
-const RELEASE_M: f64 = 0.002;
 /// Loss of turning speed, for the rolling resistance that rigid contacts lack.
 const ANGULAR_DAMPING_PER_S: f32 = 1.5;
 const SETTLE_SECONDS_MAX: u64 = 4;
 /// A body slower than this is at rest (`ManiSkill` uses 0.01 m/s and 0.5 rad/s).
 const STILL_M_S: f64 = 0.01;
 const STILL_RAD_S: f64 = 0.1;
-
-/// What holds an object in the gripper.
-#[derive(Debug, Clone)]
-pub(crate) struct Grip {
-    /// Index of the held body.
-    pub(crate) body: usize,
-    joint: ImpulseJointHandle,
-    width_m: f64,
-    /// Gripper from body: where the joint pulls the object to.
-    anchor: Isometry3<f64>,
-}
 
 /// A body and its handle in the physics.
 #[derive(Debug, Clone)]
@@ -62,7 +44,7 @@ pub(crate) struct Body {
     pub(crate) material: Option<Material>,
     /// Taken out of the world: it meets nothing and is not seen.
     pub(crate) is_out: bool,
-    handle: RigidBodyHandle,
+    pub(crate) handle: RigidBodyHandle,
 }
 
 /// The simulated table top.
@@ -70,11 +52,13 @@ pub(crate) struct Body {
 /// Everything that happens is a pure function of scene, config, seed and the sequence of commands
 /// and faults. A clone has the same future as its original: clone it to save it, assign to restore.
 pub struct World {
-    physics: PhysicsWorld,
+    pub(crate) physics: PhysicsWorld,
     pub(crate) bodies: Vec<Body>,
     pub(crate) config: WorldConfig,
     pub(crate) gripper: Gripper,
-    gripper_handle: RigidBodyHandle,
+    pub(crate) gripper_handle: RigidBodyHandle,
+    /// Fingers that collide; none where what is grasped is joined to the gripper.
+    pub(crate) jaws: Option<Jaws>,
     pub(crate) grip: Option<Grip>,
     pub(crate) random: Random,
     pub(crate) under_way: UnderWay,
@@ -113,6 +97,10 @@ impl World {
         let gripper = Gripper::at(config.gripper_home);
         let kinematic = RigidBodyBuilder::kinematic_position_based();
         let gripper_handle = physics.insert_body(kinematic.pose(convert::pose(&gripper.pose())));
+        let jaws = (config.grasp == Grasp::Friction).then(|| {
+            let fingers = Fingers::insert(&mut physics, &gripper.pose(), gripper.opening_m);
+            Jaws::new(fingers)
+        });
         let mut insert = |(body, pose): (&BodySpec, &Isometry3<f64>)| {
             let material = spec.material_of(body)?;
             let fixed = body.is_fixed();
@@ -132,6 +120,7 @@ impl World {
             config: config.clone(),
             gripper,
             gripper_handle,
+            jaws,
             grip: None,
             random: Random::new(seed, 1),
             under_way: UnderWay::default(),
@@ -180,7 +169,7 @@ impl World {
             yaw_rad: self.gripper.yaw_rad,
             opening_m: self.gripper.opening_m,
             holding: self.grip.is_some(),
-            at_target: self.gripper.at_target(self.opening_min_m()),
+            at_target: self.gripper.at_target(self.opening_min_m()) && self.fingers_rest(),
             speed_m_s: self.gripper.velocity.norm(),
         }
     }
@@ -253,117 +242,18 @@ impl World {
         self.physics.wake_up_all(true);
     }
 
-    /// Lets go of the held object, which keeps the gripper's speed and does not turn.
-    pub(crate) fn release(&mut self) {
-        let Some(grip) = self.grip.take() else { return };
-        self.physics.impulse_joints.remove(grip.joint, true);
-        if let Some(body) = self.physics.bodies.get_mut(self.bodies[grip.body].handle) {
-            body.set_linvel(convert::vector(&self.gripper.velocity), true);
-            body.set_angvel(Vector::ZERO, true);
-        }
-        self.physics.wake_up_all(true);
-    }
-
-    /// What keeps the fingers apart: what is held, or what lies between them and slides out.
-    fn opening_min_m(&self) -> f64 {
-        match &self.grip {
-            Some(grip) => grip.width_m,
-            None if self.slippery => self.met_m(),
-            None => 0.0,
-        }
-    }
-
     fn step(&mut self) {
         let opening_before_m = self.gripper.opening_m;
         self.gripper.advance(DT, self.opening_min_m());
-        self.update_grip(opening_before_m);
+        self.move_fingers(opening_before_m);
         let pose = convert::pose(&self.gripper.pose());
         if let Some(body) = self.physics.bodies.get_mut(self.gripper_handle) {
             body.set_next_kinematic_position(pose);
         }
         self.physics.step();
-        self.slip();
+        self.feel();
         self.n_steps += 1;
         self.carry_on();
-    }
-
-    /// Grasps, centres or lets go of an object as the fingers move.
-    fn update_grip(&mut self, opening_before_m: f64) {
-        let opening_m = self.gripper.opening_m;
-        let moving = self.gripper.velocity != Vector3::zeros();
-        if let Some(grip) = &mut self.grip {
-            if self.gripper.command.opening_m > grip.width_m + RELEASE_M {
-                self.release();
-                return;
-            }
-            // The first finger that touches pushes the object until both do.
-            let play = 0.5 * (opening_m - grip.width_m).max(0.0);
-            let offset = &mut grip.anchor.translation.x;
-            let centred = offset.clamp(-play, play);
-            if centred != *offset {
-                *offset = centred;
-                let frame = convert::pose(&grip.anchor);
-                if let Some(joint) = self.physics.impulse_joints.get_mut(grip.joint, true) {
-                    joint.data.set_local_frame1(frame);
-                }
-            }
-            if moving {
-                self.physics.wake_up(self.bodies[grip.body].handle, true);
-            }
-        } else if opening_m > opening_before_m {
-            self.slippery = false;
-        } else if opening_m < opening_before_m && !self.slippery {
-            let touched = |span: &Span| {
-                let opening = span.touching_opening_m();
-                opening <= opening_before_m
-                    && opening >= opening_m
-                    && span.width_m + RELEASE_M > self.gripper.command.opening_m
-            };
-            let met = (0..self.bodies.len())
-                .filter_map(|idx| self.span(idx).filter(touched).map(|span| (idx, span)))
-                .min_by(|(_, a), (_, b)| a.distance_m.total_cmp(&b.distance_m));
-            if let Some((idx, span)) = met {
-                self.grasp(idx, &span);
-            }
-        }
-    }
-
-    /// The body as the fingers see it, when it can be grasped.
-    pub(crate) fn span(&self, idx: usize) -> Option<Span> {
-        let spec = &self.bodies[idx].spec;
-        if spec.is_fixed() {
-            return None;
-        }
-        grasp::span(&spec.shape, &self.gripper.pose(), &self.pose(idx))
-    }
-
-    /// Moves what is held by so much along the fingers, downwards where it is negative.
-    pub(crate) fn slide_grip(&mut self, up_m: f64) {
-        let Some(grip) = &mut self.grip else { return };
-        grip.anchor.translation.z += up_m;
-        if let Some(joint) = self.physics.impulse_joints.get_mut(grip.joint, true) {
-            joint.data.set_local_frame1(convert::pose(&grip.anchor));
-        }
-        self.physics.wake_up(self.bodies[grip.body].handle, true);
-    }
-
-    fn grasp(&mut self, idx: usize, span: &Span) {
-        // The physics moves the gripper's body at the step's end: until then it is one step behind.
-        let anchor = self.gripper.pose().inv_mul(&self.pose(idx));
-        let handle = self.bodies[idx].handle;
-        let joint =
-            self.physics.insert_impulse_joint(self.gripper_handle, handle, grip_joint(&anchor));
-        self.grip = Some(Grip { body: idx, joint, width_m: span.width_m, anchor });
-    }
-
-    /// Lets go of an object that something pushed far out of its place in the grip.
-    fn slip(&mut self) {
-        let Some(grip) = &self.grip else { return };
-        let wanted = self.gripper.pose() * grip.anchor;
-        let is = self.pose(grip.body);
-        if (wanted.translation.vector - is.translation.vector).norm() > SLIP_M {
-            self.release();
-        }
     }
 
     /// Simulates until nothing moves, then sets the time to 0.
@@ -393,6 +283,7 @@ impl Clone for World {
             config: self.config.clone(),
             gripper: self.gripper.clone(),
             gripper_handle: self.gripper_handle,
+            jaws: self.jaws.clone(),
             grip: self.grip.clone(),
             random: self.random.clone(),
             under_way: self.under_way.clone(),
@@ -444,12 +335,4 @@ fn clone_physics(physics: &PhysicsWorld) -> PhysicsWorld {
     copy.multibody_joints = physics.multibody_joints.clone();
     copy.soft_bodies = physics.soft_bodies.clone();
     copy
-}
-
-/// A compliant joint in all six directions that pulls the object to `anchor` in the gripper.
-fn grip_joint(anchor: &Isometry3<f64>) -> GenericJoint {
-    GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES)
-        .local_frame1(convert::pose(anchor))
-        .softness(SpringCoefficients::new(GRIP_FREQUENCY_HZ, 1.0))
-        .build()
 }

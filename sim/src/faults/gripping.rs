@@ -21,6 +21,7 @@ impl World {
         let name = self.held()?.to_owned();
         self.release();
         self.slippery = true;
+        self.jaws.iter_mut().for_each(|jaws| jaws.is_limp = true);
         Some(name)
     }
 
