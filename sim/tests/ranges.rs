@@ -1,6 +1,5 @@
 //! How many and how large: blocks of mixed sizes, disks on three to five pegs. Every scene starts
 //! without overlap, which `World::new` refuses, and stands for a minute.
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 mod common;
 
