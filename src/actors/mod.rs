@@ -1,6 +1,7 @@
 //! Actors: each receives, makes one pure call, and sends. Supervision is ractor's; data never is.
 
 mod checkpoint;
+mod commands;
 mod lifecycle;
 mod monitor;
 mod pause;
@@ -23,6 +24,7 @@ use crate::transport::TransportError;
 use crate::transport::convert::WireError;
 
 pub use checkpoint::Checkpoint;
+pub use commands::CommandLine;
 pub use lifecycle::{DataLoop, Serve};
 pub use monitor::Monitor;
 pub use snapshot::{SnapshotMoment, SnapshotRequest};

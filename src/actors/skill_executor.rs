@@ -5,31 +5,33 @@ use std::time::Duration;
 
 use super::pause::{Pace, Requests};
 use super::scene_parser::fresh;
-use super::{ActorError, Checkpoint, Fatal, Monitor};
+use super::{ActorError, Checkpoint, CommandLine, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
-use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig};
+use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Silence};
 use crate::messages::{
-    Command, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, PlanMessage,
+    CommandKind, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, PlanMessage,
     RobotState,
 };
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    WireContext, command_to_wire, decision_to_wire, device_header, dispatch_to_wire, end_to_wire,
-    event_to_wire, outcome_to_wire, plan_from_wire, robot_state_from_wire, scene_from_wire,
-    status_from_wire,
+    WireContext, decision_to_wire, dispatch_to_wire, end_to_wire, event_to_wire, outcome_to_wire,
+    plan_from_wire, robot_state_from_wire, scene_from_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_COMMAND, ROBOT_STATE,
-    ROBOT_STATUS, SCENE, VERDICT,
+    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
+    SCENE, VERDICT,
 };
 use crate::transport::wire::{
-    CommandRecord, ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord,
-    RobotStateRecord, SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
+    ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord, RobotStateRecord,
+    SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
 /// How often the verdict is said again once the episode has ended.
 const VERDICT_PERIOD: Duration = Duration::from_millis(100);
+
+/// How often a robot that moves is told to go on or to hold, besides the answers to frames.
+const BEAT_PERIOD: Duration = Duration::from_millis(100);
 
 /// What the actor is started with; shared by all its incarnations.
 #[derive(Debug)]
@@ -42,6 +44,10 @@ pub struct SkillExecutorArgs {
     pub config: Arc<ExecutiveConfig>,
     /// Which clock scenes are aged by.
     pub clock: ClockKind,
+    /// The line to the robot.
+    pub commands: Arc<CommandLine>,
+    /// Time between two frames, seconds.
+    pub frame_s: f64,
     /// How long the state of a robot that acts may be missing, wall time.
     pub robot_wait: Duration,
     /// Memory that outlives the actor.
@@ -58,11 +64,14 @@ pub struct SkillExecutorMemory {
     robot: Option<RobotState>,
     /// When the newest state came, monotonic clock.
     robot_heard_ns: u64,
+    /// When the newest plan was answered, monotonic clock.
+    answered_ns: u64,
+    /// Whether the robot was told to hold since nobody watched.
+    is_unwatched: bool,
     /// Whether a command has been sent since.
     is_robot_asked: bool,
     /// The running step: said with every answer, for a scene parser that has missed it.
     dispatch: Option<Dispatch>,
-    n_commands: u64,
     n_events: u64,
     requests: Requests,
     last_cycle: Option<u64>,
@@ -75,7 +84,6 @@ struct Ports {
     states: Subscriber<DeviceHeader, RobotStateRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
     controls: Subscriber<DeviceHeader, ControlRecord>,
-    commands: Publisher<DeviceHeader, CommandRecord>,
     dispatches: Publisher<StreamHeader, DispatchRecord>,
     outcomes: Publisher<TaskHeader, OutcomeRecord>,
     decisions: Publisher<StreamHeader, DecisionRecord>,
@@ -95,7 +103,6 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
         controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
-        commands: bus.publisher(&ROBOT_COMMAND)?,
         dispatches: bus.publisher(&DISPATCH)?,
         outcomes: bus.publisher(&OUTCOME)?,
         decisions: bus.publisher(&DECISION)?,
@@ -103,6 +110,9 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         verdicts: bus.publisher(&VERDICT)?,
     };
     let mut memory = args.checkpoint.load();
+    let mut beats = tokio::time::interval(BEAT_PERIOD);
+    beats.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    let has_beats = args.clock == ClockKind::Realtime && args.config.motion.is_some();
     let mut robot_deadline = Box::pin(tokio::time::sleep(args.robot_wait));
     loop {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
@@ -131,14 +141,18 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 return Err(robot_is_missing(args.robot_wait).into());
             }
             plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
+            _ = beats.tick(), if has_beats && !is_paused && !waits => {
+                memory.beat(&args, &mut ports)?;
+                continue;
+            }
         };
         if memory.last_cycle == Some(plan.cause.cycle) {
             continue; // a restarted planner's history
         }
         args.monitor.message("skill_executor").await;
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
-        memory.publish(&args, &ports, &decision)?;
-        memory.tell(&args, &ports, &plan, &decision)?;
+        let sequence = memory.publish(&args, &ports, &decision)?;
+        memory.tell(&args, &ports, (&plan, sequence), &decision)?;
         args.checkpoint.store(memory.clone());
         if decision.verdict.is_some() {
             return memory.stay_open(&args, &ports, &decision).await;
@@ -156,6 +170,33 @@ fn robot_is_missing(wait: Duration) -> Fatal {
 }
 
 impl SkillExecutorMemory {
+    /// Between frames, a robot that moves is told to go on as long as somebody watches it.
+    fn beat(&mut self, args: &SkillExecutorArgs, ports: &mut Ports) -> Result<(), ActorError> {
+        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
+        if let Some(state) = ports.states.drain_newest_of(read)? {
+            self.hear_robot(state);
+        }
+        if self.executive.running_step().is_none() {
+            return Ok(());
+        }
+        let now_ns = monotonic_ns();
+        let silence = Silence {
+            plan_ns: now_ns.saturating_sub(self.answered_ns),
+            robot_ns: now_ns.saturating_sub(self.robot_heard_ns),
+        };
+        let Some(reason) =
+            silence.reason_to_hold(args.config.limits.unwatched_ms_max, args.frame_s)
+        else {
+            return args.commands.say_again(CommandKind::Continue);
+        };
+        args.commands.say_again(CommandKind::Hold)?;
+        if !std::mem::replace(&mut self.is_unwatched, true) {
+            let cause = self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default();
+            self.event(args, ports, cause, Event::Look { reason })?;
+        }
+        Ok(())
+    }
+
     fn hear_robot(&mut self, state: RobotState) {
         (self.robot, self.robot_heard_ns) = (Some(state), monotonic_ns());
         self.is_robot_asked = false;
@@ -199,7 +240,7 @@ impl SkillExecutorMemory {
         args: &SkillExecutorArgs,
         ports: &Ports,
         decision: &Decision,
-    ) -> Result<(), ActorError> {
+    ) -> Result<u64, ActorError> {
         for outcome in &decision.outcomes {
             let (header, record) = outcome_to_wire(outcome, &args.context)?;
             ports.outcomes.publish(header, &[record])?;
@@ -211,15 +252,8 @@ impl SkillExecutorMemory {
             let (header, records) = dispatch_to_wire(dispatch, &args.context)?;
             ports.dispatches.publish(header, &records)?;
         }
-        self.command(ports, &decision.command)
-    }
-
-    fn command(&mut self, ports: &Ports, command: &Command) -> Result<(), ActorError> {
-        let header = device_header(self.n_commands, command.capture_ns);
-        ports.commands.publish(header, &[command_to_wire(command)?])?;
-        self.n_commands += 1;
         self.is_robot_asked = true;
-        Ok(())
+        args.commands.send(&decision.command)
     }
 
     /// Tells what a cycle came to: events, the end if it has come, and what the command rests on.
@@ -227,10 +261,11 @@ impl SkillExecutorMemory {
         &mut self,
         args: &SkillExecutorArgs,
         ports: &Ports,
-        plan: &PlanMessage,
+        (plan, sequence): (&PlanMessage, u64),
         decision: &Decision,
     ) -> Result<(), ActorError> {
         let answered_ns = monotonic_ns();
+        (self.answered_ns, self.is_unwatched) = (answered_ns, false);
         self.last_cycle = Some(plan.cause.cycle);
         if self.requests.pace == Pace::Once {
             self.requests.pace = Pace::Paused;
@@ -240,7 +275,7 @@ impl SkillExecutorMemory {
         }
         self.announce(args, ports, decision)?;
         let message = DecisionMessage {
-            sequence: self.n_commands - 1,
+            sequence,
             cause: self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default(),
             plan_cycle: plan.cause.cycle,
             kind: decision.kind,
@@ -303,7 +338,8 @@ impl SkillExecutorMemory {
                 // In lockstep the world stands still as long as nothing is commanded.
                 if args.clock == ClockKind::Realtime && args.config.motion.is_some() {
                     let hold = self.executive.hold(cause.frame_sequence, cause.capture_ns);
-                    self.command(ports, &hold)?;
+                    self.is_robot_asked = true;
+                    args.commands.send(&hold)?;
                 }
                 self.event(args, ports, cause, Event::Paused)?;
             }

@@ -12,6 +12,9 @@ use crate::transport::topics::CameraTopics;
 use crate::transport::wire::FrameHeader;
 use crate::transport::{Bus, BusConfig};
 
+/// Frames per second that can be asked for.
+const FPS: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     #[command(subcommand)]
@@ -45,8 +48,9 @@ enum Source {
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let Source::Images { path, fps, run, camera: name, repeat, frames } = &args.source;
-    if !(fps.is_finite() && *fps > 0.0 && *fps <= 1000.0) {
-        return Err(Failure::bad_input(format!("--fps: expected 0 to 1000, got {fps}")));
+    if !FPS.contains(fps) {
+        let (min, max) = (FPS.start(), FPS.end());
+        return Err(Failure::bad_input(format!("--fps: expected {min} to {max}, got {fps}")));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)

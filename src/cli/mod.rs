@@ -141,7 +141,7 @@ pub fn main() -> ExitCode {
         Verb::Topics(verb) => topics::run(&verb),
         Verb::Schema(args) => schema::run(&args),
     };
-    match done {
+    match done.and_then(|code| out::lost().map_or(Ok(code), Err)) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             out::error(&failure.message);

@@ -1,6 +1,7 @@
 //! The only place that prints.
 
 use std::io::{self, Write as _};
+use std::sync::OnceLock;
 
 use comfy_table::Table;
 use console::Term;
@@ -12,10 +13,23 @@ use tracing_subscriber::layer::SubscriberExt as _;
 
 use super::{Failure, table};
 
-/// Writes one line to standard output. A closed pipe ends the output, not the program.
+/// Why standard output does not take what is written, once it does not.
+static LOST: OnceLock<String> = OnceLock::new();
+
+/// Writes one line to standard output. A closed pipe ends the output, not the program; what is lost
+/// otherwise, such as on a full disk, makes the program fail in the end.
 pub(super) fn line(text: &str) {
     let mut out = io::stdout().lock();
-    drop(writeln!(out, "{text}").and_then(|()| out.flush()));
+    if let Err(error) = writeln!(out, "{text}").and_then(|()| out.flush())
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        LOST.get_or_init(|| error.to_string());
+    }
+}
+
+/// Why something that was written to standard output is lost, if it is.
+pub(super) fn lost() -> Option<Failure> {
+    LOST.get().map(|reason| Failure::internal(format!("standard output: {reason}")))
 }
 
 /// Writes one line to standard error.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use comfy_table::{Cell, Table};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -27,6 +28,8 @@ use crate::transport::{Bus, BusConfig, EventReader, Publisher};
 
 /// Threads of the runtime: the loop is a pipeline, more would not help one episode.
 const WORKERS: usize = 2;
+/// How long is waited for threads that are still at work when the episodes are over.
+const SHUTDOWN_MAX: Duration = Duration::from_secs(1);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -77,7 +80,10 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         .enable_all()
         .build()
         .map_err(Failure::internal)?;
-    runtime.block_on(episodes(args, config))
+    let ended = runtime.block_on(episodes(args, config));
+    // A thread that is lost in a slow service ends with the process.
+    runtime.shutdown_timeout(SHUTDOWN_MAX);
+    ended
 }
 
 /// A picture is drawn in mid-episode, which is too late to learn that it cannot be written.
@@ -212,20 +218,34 @@ impl Teller {
     }
 }
 
-/// Turns Ctrl-C and SIGTERM into a stop that the loop carries out.
+/// Turns Ctrl-C, SIGTERM and SIGHUP into a stop that the loop carries out; a second one ends at once.
 fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
     let (sender, receiver) = watch::channel(None);
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
+    let mut hang_up = signal(SignalKind::hangup())?;
     tokio::spawn(async move {
-        let stop = tokio::select! {
-            _ = interrupt.recv() => Stop::Interrupt,
-            _ = terminate.recv() => Stop::Terminate,
+        let mut next = async || {
+            tokio::select! {
+                _ = interrupt.recv() => Stop::Interrupt,
+                _ = terminate.recv() => Stop::Terminate,
+                _ = hang_up.recv() => Stop::Terminate,
+            }
         };
-        sender.send_replace(Some(stop));
-        sender.closed().await;
+        sender.send_replace(Some(next().await));
+        tokio::select! {
+            again = next() => end_at_once(&again),
+            () = sender.closed() => {}
+        }
     });
     Ok(receiver)
+}
+
+/// What a second signal asks for, whatever the loop is waiting for.
+#[expect(clippy::exit, reason = "nothing else may be waited for")]
+fn end_at_once(stop: &Stop) {
+    out::note("ended at once: the robot may not have been told to hold");
+    std::process::exit(Verdict::Stopped(*stop).exit_code().into());
 }
 
 /// Progress over the episodes, on standard error, where that is a terminal.

@@ -26,6 +26,9 @@ pub struct Limits {
     pub revisits_max: u32,
     /// Oldest scene that a skill may be started on, milliseconds.
     pub state_age_ms_max: u64,
+    /// How long a robot that moves may go without a frame that has led to a plan, or say nothing itself, before
+    /// it is told to hold, milliseconds; realtime only, and three frames at least.
+    pub unwatched_ms_max: u64,
     /// Longest skill in run time, seconds.
     pub skill_timeout_s: f64,
     /// How far an object may be from where a running skill expects it, metres.

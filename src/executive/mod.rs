@@ -3,6 +3,7 @@
 //! It keeps no clock and does no I/O; everything arrives in [`CycleInput`].
 
 mod limits;
+mod watchdog;
 mod explain;
 mod dispatch;
 mod running;
@@ -32,6 +33,7 @@ pub use explain::deviations;
 pub use limits::Limits;
 use limits::LookTime;
 pub use open_loop::ExecutiveMode;
+pub use watchdog::Silence;
 
 use decide::Awaited;
 use finish::GoalSeen;

@@ -68,7 +68,9 @@ impl JsonSchema for FaultTime {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": ["number", "array"],
-            "items": { "type": "number" },
+            "minimum": 0,
+            "maximum": 1_000_000,
+            "items": { "type": "number", "minimum": 0, "maximum": 1_000_000 },
             "minItems": 2,
             "maxItems": 2,
         })

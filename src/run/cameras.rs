@@ -18,7 +18,6 @@ pub struct CameraConfig {
     /// and height, 0 to 1. Without the key the whole image.
     pub region: Option<[f64; 4]>,
     /// Frames per second.
-    #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_hz: f64,
     /// How long a frame of any camera may be missing before the run ends with exit code 5, seconds of
     /// wall time.

@@ -1,6 +1,7 @@
 //! One episode: start the actors, wait for the end, report.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use tokio::sync::Mutex;
 
@@ -12,7 +13,8 @@ use super::scoring::{Words, with_unseen};
 use super::wiring::{PreparedRun, Shared};
 use super::{RunError, new_run_id};
 use crate::actors::{
-    ActorSpec, Fatal, HealthReport, Monitor, SnapshotRequest, SystemFaults, snapshot, supervise,
+    ActorSpec, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, SystemFaults, snapshot,
+    supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
 use crate::executive::ExecutiveMode;
@@ -25,6 +27,9 @@ use crate::transport::convert::{WireContext, run_to_wire};
 use crate::transport::topics::RUN;
 use crate::transport::wire::{DeviceHeader, SCHEMA};
 use crate::transport::{Bus, Publisher};
+
+/// How long actors may take to end.
+const STOP_MAX: Duration = Duration::from_secs(2);
 
 /// How an episode is run.
 #[derive(Debug)]
@@ -57,6 +62,7 @@ pub async fn run_episode(
     let run_id = new_run_id();
     let folder = &prepared.folder;
     let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
+    prepared.check_room()?;
     let _description = describe(prepared, &bus, run_id)?;
     let hardware = prepared.hardware()?;
     let mut observer = Observer::open(&bus, Arc::clone(&context))?;
@@ -69,7 +75,12 @@ pub async fn run_episode(
     let faults = SystemFaults::open(faults, &config.loop_shape(&config.used_cameras()), &bus)?;
     let monitor = Monitor::new(faults.clone());
     let bus = bus.disturbed(Arc::new(faults.clone()));
-    let shared = Shared { context: Arc::clone(&context), monitor: monitor.clone() };
+    let commands = Arc::new(CommandLine::open(&bus)?);
+    let shared = Shared {
+        context: Arc::clone(&context),
+        monitor: monitor.clone(),
+        commands: commands.clone(),
+    };
     let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
     let drawing = Arc::new(Mutex::new(()));
     actors.extend(options.snapshot.map(|request| {
@@ -93,7 +104,17 @@ pub async fn run_episode(
             Err(failed.ok().and_then(|fatal| fatal.clone()).unwrap_or_else(gone).into())
         }
     };
-    supervision.stop().await;
+    // Twice: at once, and after the last actor has said its last word.
+    let holds = ended.is_err() && hardware.robot.acts;
+    if holds {
+        commands.hold();
+    }
+    if tokio::time::timeout(STOP_MAX, supervision.stop()).await.is_err() {
+        tracing::warn!("actors that did not end in {STOP_MAX:?} are left alone");
+    }
+    if holds {
+        commands.hold();
+    }
     drop(drawing.lock().await);
     ended?;
     let Observed { result, goal, diary, health } = observer.finish()?.ok_or_else(gone)?;

@@ -198,7 +198,7 @@ impl RunError {
             Self::Config(_)
             | Self::Fatal(Fatal::BadInput { .. })
             | Self::Snapshot { .. }
-            | Self::Transport(TransportError::Taken { .. }) => 2,
+            | Self::Transport(TransportError::Taken { .. } | TransportError::Name { .. }) => 2,
             Self::Fatal(Fatal::GaveUp { .. }) => 4,
             Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
         }

@@ -24,6 +24,7 @@ use crate::perception::tracking::{BeliefConfig, SelfFilterConfig};
 use crate::planners::PlannerConfig;
 use crate::settings::{LayerOrigin, Layers, SettingsProblem, near_hint};
 use crate::skills::MotionConfig;
+use crate::transport::run_name_fault;
 
 /// A run file: everything that an episode needs to know. `configs/defaults.toml` is the reference of
 /// every key.
@@ -170,11 +171,13 @@ impl RunConfig {
     /// What types cannot say and is not so, each by its key.
     pub(super) fn mismatches(&self) -> Vec<Mismatch> {
         let mut found = Vec::new();
-        if !self.camera.rate_hz.is_finite() {
-            found.push(Mismatch::new("camera.rate_hz", "a finite number", self.camera.rate_hz));
-        }
         if !(self.robot.wait_s.is_finite() && self.robot.wait_s > 0.0) {
             found.push(Mismatch::new("robot.wait_s", "a positive number", self.robot.wait_s));
+        }
+        if let Some(name) = &self.run
+            && let Some(expected) = run_name_fault(name)
+        {
+            found.push(Mismatch::new("run", expected, format!("\"{name}\"")));
         }
         let [camera, robot] = [&self.camera.kind, &self.robot.kind];
         if [camera, robot].iter().any(|kind| *kind == "sim") && self.sim.is_none() {

@@ -10,7 +10,7 @@ use crate::parts::{OptionsSchema, Registry, Role};
 use crate::perception::detectors::DETECTORS;
 use crate::perception::grounders::GROUNDERS;
 use crate::planners::PLANNERS;
-use crate::settings::{Form, Layers, default_options};
+use crate::settings::{Form, Layers, bound_numbers, default_options};
 
 /// The parts of one role, as a run file chooses among them.
 struct Choices {
@@ -129,6 +129,7 @@ pub(crate) fn schema_with_parts<T: JsonSchema>() -> Value {
             table["allOf"] = json!(rules);
         }
     }
+    bound_numbers(&mut schema);
     schema
 }
 

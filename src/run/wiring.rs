@@ -11,7 +11,9 @@ use super::{
     ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
     StillImageParts, environment, in_data,
 };
-use crate::actors::{ActorSpec, Checkpoint, Monitor, goal_parser, scene_parser, skill_executor};
+use crate::actors::{
+    ActorSpec, Checkpoint, CommandLine, Fatal, Monitor, goal_parser, scene_parser, skill_executor,
+};
 use crate::clock::ClockKind;
 use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
@@ -25,8 +27,11 @@ use crate::perception::grounders::Grounder;
 use crate::perception::model::Exemplar;
 use crate::perception::tracking::ParserConfig;
 use crate::skills::SkillMap;
-use crate::transport::Bus;
 use crate::transport::convert::WireContext;
+use crate::transport::{Bus, MissingRoom, missing_room};
+
+/// Bytes of a pixel: red, green, blue and depth.
+const PIXEL_BYTES: u64 = 7;
 
 /// A run file with everything that it names, read and checked.
 #[derive(Debug, Clone)]
@@ -47,6 +52,7 @@ pub struct PreparedRun {
 pub(super) struct Shared {
     pub(super) context: Arc<WireContext>,
     pub(super) monitor: Monitor,
+    pub(super) commands: Arc<CommandLine>,
 }
 
 impl PreparedRun {
@@ -159,6 +165,27 @@ impl PreparedRun {
         self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()))
     }
 
+    /// Refuses to start where shared memory is too small: what does not fit ends the process without a
+    /// word when it is written.
+    pub(super) fn check_room(&self) -> Result<(), Fatal> {
+        let sizes = self.others.iter().map(|other| size_of(&other.examples));
+        let sizes = sizes.chain([self.image_size()]);
+        let bytes = sizes.map(|[width, height]| u64::from(width) * u64::from(height) * PIXEL_BYTES);
+        let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room(bytes) else {
+            return Ok(());
+        };
+        let [needed, free] = [needed_bytes, free_bytes].map(|bytes| bytes >> 20);
+        Err(Fatal::Missing {
+            what: format!(
+                "shared memory: the run needs {needed} MB in /dev/shm, where {free} MB are free"
+            ),
+            how: format!(
+                "remove what lies there, raise --shm-size of the container to {needed}m, or use smaller \
+                 frames"
+            ),
+        })
+    }
+
     /// The actors that every run has.
     pub(super) fn core_actors(
         &self,
@@ -260,6 +287,8 @@ impl PreparedRun {
             context: Arc::clone(&shared.context),
             config: Arc::new(config),
             clock: self.config.clock,
+            commands: Arc::clone(&shared.commands),
+            frame_s: 1.0 / self.config.camera.rate_hz,
             robot_wait: Duration::from_secs_f64(self.config.robot.wait_s),
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),

@@ -10,6 +10,7 @@
 //! is changed. So the merge is here (forty lines), on the spans of the `toml` crate; reading into
 //! types is serde's, and `serde_path_to_error` tells which value it stumbled over.
 
+mod bounds;
 mod check;
 mod choices;
 mod layers;
@@ -24,6 +25,7 @@ mod tests;
 mod toml_file;
 mod tree;
 
+pub(crate) use bounds::bound_numbers;
 pub use layers::{Form, Layer, Layers};
 pub use options::{default_options, options_file, read_options};
 pub use problem::{SettingsProblem, joined};

@@ -4,6 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
+use super::bounds::bound_numbers;
 use super::check::check;
 use super::layers::{Form, Layers};
 use super::problem::SettingsProblem;
@@ -58,6 +59,7 @@ fn schema_of(schema: OptionsSchema) -> serde_json::Value {
     if let Some(object) = schema.as_object_mut() {
         object.insert("$defs".to_owned(), generator.take_definitions(true).into());
     }
+    bound_numbers(&mut schema);
     schema
 }
 

@@ -3,6 +3,7 @@
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
+use super::bounds::bound_numbers;
 use super::check::check;
 use super::problem::SettingsProblem;
 use super::sources::{LayerOrigin, Sources};
@@ -34,7 +35,8 @@ impl TomlFile {
     /// Every unknown and missing key and every value of the wrong kind, each at its place; else the
     /// first value that the type does not take.
     pub fn read<T: DeserializeOwned + JsonSchema>(&self) -> Result<T, Vec<SettingsProblem>> {
-        let schema = SchemaGenerator::default().into_root_schema_for::<T>().to_value();
+        let mut schema = SchemaGenerator::default().into_root_schema_for::<T>().to_value();
+        bound_numbers(&mut schema);
         let problems = check(&schema, (&self.tree, ""), &self.sources, &self.name);
         if !problems.is_empty() {
             return Err(problems);

@@ -89,7 +89,7 @@ impl JsonSchema for Rate {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         schemars::json_schema!({
-            "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": "max" }]
+            "anyOf": [{ "type": "number", "minimum": 0.001, "maximum": 1_000_000 }, { "const": "max" }]
         })
     }
 }

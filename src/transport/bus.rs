@@ -1,6 +1,6 @@
 //! The bus: one iceoryx2 node per process and run, in a name space of its own.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use iceoryx2::config::Config;
@@ -10,23 +10,18 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::TransportError;
 use super::outbox::SendHook;
+use super::place::{default_prefix, default_root, make_ready, run_name_fault};
 use super::ports::{Depth, Publisher, Subscriber};
 use super::reason::reason;
 use super::services::{Record, Service, samples};
 use super::topics::Topic;
 use super::wire::WireHeader;
 
-/// Where shared memory lives when nothing else is asked for, and a memory file system is there.
-const ROOT_ON_TMPFS: &str = "/dev/shm/groundloop";
-
-/// `f_type` of a memory file system (Linux, `statfs(2)`).
-const TMPFS_MAGIC: rustix::fs::FsWord = 0x0102_1994;
-
 /// Which shared-memory world to join. All processes of one run need the same values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusConfig {
-    /// Directory of iceoryx2's bookkeeping; `None` = `/dev/shm/groundloop` where that is a memory
-    /// file system, else the system's directory for temporary files.
+    /// Directory of iceoryx2's bookkeeping; `None` = `/dev/shm/groundloop-UID` of this user where
+    /// that is a memory file system, else the same in the system's directory for temporary files.
     pub root: Option<PathBuf>,
     /// Prefix of every shared-memory object.
     pub prefix: String,
@@ -37,7 +32,7 @@ pub struct BusConfig {
 impl BusConfig {
     /// The usual place, for the run of that name.
     pub fn for_run(run: impl Into<String>) -> Self {
-        Self { root: None, prefix: "groundloop_".to_owned(), run: run.into() }
+        Self { root: None, prefix: default_prefix(), run: run.into() }
     }
 }
 
@@ -59,10 +54,15 @@ impl Bus {
     ///
     /// # Errors
     /// [`TransportError::Open`] when the place cannot be used; it names the place.
+    /// [`TransportError::Name`] for a run with a name that cannot be one.
     pub fn open(config: &BusConfig) -> Result<Self, TransportError> {
         let root = config.root.clone().unwrap_or_else(default_root);
         let fault =
             |reason: String| TransportError::Open { what: root.display().to_string(), reason };
+        if let Some(expected) = run_name_fault(&config.run) {
+            return Err(TransportError::Name { run: config.run.clone(), expected });
+        }
+        make_ready(&config.prefix).map_err(fault)?;
         let mut settings = Config::default();
         let root_text = root.to_str().ok_or_else(|| fault("the path is not UTF-8".to_owned()))?;
         settings.global.set_root_path(&root_text.try_into().map_err(|e| fault(reason(&e)))?);
@@ -161,16 +161,4 @@ impl Bus {
     pub(super) fn service_name(&self, topic: &Topic) -> String {
         format!("groundloop/{}/{}", self.run, topic.name)
     }
-}
-
-fn default_root() -> PathBuf {
-    if is_tmpfs(Path::new("/dev/shm")) {
-        PathBuf::from(ROOT_ON_TMPFS)
-    } else {
-        std::env::temp_dir().join("groundloop")
-    }
-}
-
-fn is_tmpfs(path: &Path) -> bool {
-    rustix::fs::statfs(path).is_ok_and(|info| info.f_type == TMPFS_MAGIC)
 }

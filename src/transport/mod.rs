@@ -5,6 +5,7 @@ pub mod topics;
 mod services;
 mod outbox;
 mod ports;
+mod place;
 mod bus;
 pub mod convert;
 mod join;
@@ -16,6 +17,7 @@ use thiserror::Error;
 pub use bus::{Bus, BusConfig};
 pub use join::{EventReader, join};
 pub use outbox::{Delivery, Outgoing, SendHook};
+pub use place::{MissingRoom, RUN_NAME_BYTES_MAX, missing_room, run_name_fault};
 pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
 pub use services::Record;
@@ -52,6 +54,14 @@ pub enum TransportError {
         topic: &'static str,
         /// The run.
         run: String,
+    },
+    /// The name of a run that cannot be one.
+    #[error("the run \"{run}\": expected {expected}")]
+    Name {
+        /// The name.
+        run: String,
+        /// What a name is.
+        expected: String,
     },
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]

@@ -10,6 +10,7 @@ mod external_camera;
 #[cfg(feature = "sim")]
 mod external_robot;
 mod foreign;
+mod holds;
 mod protocol;
 mod python_client;
 mod topics;

@@ -284,3 +284,59 @@ fn every_key_of_the_defaults_is_explained_with_its_unit() {
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
+
+/// Numbers of a schema that have no range, by the name that they stand under.
+fn without_range(schema: &Value, name: &str, found: &mut Vec<String>) {
+    let is = |one: &str| {
+        let types = &schema["type"];
+        types == one || types.as_array().is_some_and(|all| all.iter().any(|t| t == one))
+    };
+    let has_min = schema.get("minimum").or(schema.get("exclusiveMinimum")).is_some();
+    if is("number") && !(has_min && schema.get("maximum").is_some()) {
+        found.push(name.to_owned());
+    }
+    match schema {
+        Value::Object(object) => object.iter().for_each(|(key, inner)| {
+            let is_name = !["items", "properties", "anyOf", "oneOf"].contains(&key.as_str());
+            without_range(inner, if is_name { key } else { name }, found);
+        }),
+        Value::Array(items) => items.iter().for_each(|item| without_range(item, name, found)),
+        _ => {}
+    }
+}
+
+/// A number that is not finite, or far beyond sense, is told by its key and never met in the middle
+/// of a run.
+#[test]
+fn every_number_of_run_and_stress_files_has_a_range() {
+    for args in [&["schema"][..], &["schema", "--stress"]] {
+        let schema: Value = serde_json::from_str(&config(args)).unwrap();
+        let mut found = Vec::new();
+        without_range(&schema, "", &mut found);
+        assert!(found.is_empty(), "{args:?}: {found:?}");
+    }
+    let run = |set: &str| {
+        let mut command = cargo_bin_cmd!("groundloop");
+        let output = command
+            .current_dir(project("."))
+            .args(["config", "check", "configs/blocksworld.toml", "--set", set])
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    for (set, range) in [
+        ("camera.wait_s=-1", "0 to 1000000"),
+        ("camera.wait_s=inf", "0 to 1000000"),
+        ("camera.wait_s=1e30", "0 to 1000000"),
+        ("camera.rate_hz=1e12", "0.01 to 10000"),
+        ("camera.rate_hz=nan", "0.01 to 10000"),
+        ("limits.skill_timeout_s=inf", "0 to 1000000"),
+        ("supervisor.backoff_ms_max=99999999999", "0 to 1000000000"),
+        ("sim.world.density_kg_m3=-1", "1 to 100000"),
+    ] {
+        let (code, said) = run(set);
+        let (key, _) = set.split_once('=').unwrap();
+        assert_eq!(code, Some(2), "{set}: {said}");
+        assert!(said.contains(key) && said.contains(range), "{set}: {said}");
+    }
+}

@@ -1,6 +1,7 @@
 """Topics of a run: writers and readers over iceoryx2."""
 
 import ctypes
+import os
 import sys
 import tempfile
 import time
@@ -13,8 +14,9 @@ import numpy as np
 
 from . import wire
 
-ROOT = Path("/dev/shm/groundloop")
-PREFIX = "groundloop_"
+# Each user of a machine has a bus of its own.
+NAME = f"groundloop-{os.getuid()}"
+PREFIX = f"groundloop_{os.getuid()}_"
 EVENT_SENT = 4
 EVENT_JOINED = 5
 # How often a topic is looked for that no run has created yet.
@@ -29,7 +31,7 @@ class Bus:
     def __init__(self, run: str, root: Path | None = None, prefix: str = PREFIX) -> None:
         """`root` and `prefix` are the run's; the defaults are those of `groundloop run`."""
         if root is None:
-            root = ROOT if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir()) / "groundloop"
+            root = (Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir())) / NAME
         config = iox2.config.default()
         config.global_cfg.root_path = iox2.Path.new(str(root))
         config.global_cfg.prefix = iox2.FileName.new(prefix)
