@@ -5,6 +5,7 @@ mod commands;
 mod lifecycle;
 mod monitor;
 mod pause;
+mod robot_states;
 mod supervisor;
 mod system_faults;
 mod table_thread;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::pause::{Pace, Requests};
-use super::scene_parser::fresh;
+use super::robot_states::RobotStates;
+use super::scene_parser::{Handled, fresh};
 use super::{ActorError, Checkpoint, CommandLine, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Silence};
@@ -15,15 +16,14 @@ use crate::messages::{
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
     WireContext, decision_to_wire, dispatch_to_wire, end_to_wire, event_to_wire, outcome_to_wire,
-    plan_from_wire, robot_state_from_wire, scene_from_wire, status_from_wire,
+    plan_from_wire, scene_from_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS,
-    SCENE, VERDICT,
+    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_STATUS, SCENE, VERDICT,
 };
 use crate::transport::wire::{
-    ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord, RobotStateRecord,
-    SceneRecord, StatusRecord, StepRecord, StreamHeader, TaskHeader,
+    ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord, SceneRecord,
+    StatusRecord, StepRecord, StreamHeader, TaskHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
 
@@ -75,13 +75,13 @@ pub struct SkillExecutorMemory {
     n_events: u64,
     requests: Requests,
     last_cycle: Option<u64>,
-    last_status: Option<u64>,
+    last_status: Option<Handled>,
 }
 
 struct Ports {
     plans: Subscriber<TaskHeader, StepRecord>,
     scenes: Subscriber<TaskHeader, SceneRecord>,
-    states: Subscriber<DeviceHeader, RobotStateRecord>,
+    states: RobotStates,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
     controls: Subscriber<DeviceHeader, ControlRecord>,
     dispatches: Publisher<StreamHeader, DispatchRecord>,
@@ -100,7 +100,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let mut ports = Ports {
         plans: bus.subscriber(&PLAN, Depth::newest())?,
         scenes: bus.subscriber(&SCENE, Depth::newest())?,
-        states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
+        states: RobotStates::open(bus, args.clock)?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
         controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
         dispatches: bus.publisher(&DISPATCH)?,
@@ -116,7 +116,6 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let mut robot_deadline = Box::pin(tokio::time::sleep(args.robot_wait));
     loop {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
-        let read_state = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
         let is_paused = memory.requests.pace == Pace::Paused;
         // Nothing can be decided for a robot that is not there yet.
         let waits = args.config.motion.is_some() && memory.robot.is_none();
@@ -133,12 +132,12 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 args.checkpoint.store(memory.clone());
                 continue;
             }
-            state = ports.states.newest_of(read_state), if waits || is_asked => {
+            state = ports.states.next(), if waits || is_asked => {
                 memory.hear_robot(state?);
                 continue;
             }
             () = &mut robot_deadline, if waits || is_asked => {
-                return Err(robot_is_missing(args.robot_wait).into());
+                return Err(robot_is_missing(args.robot_wait, &ports.states).into());
             }
             plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
             _ = beats.tick(), if has_beats && !is_paused && !waits => {
@@ -162,18 +161,23 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
 }
 
 /// No state has come for too long.
-fn robot_is_missing(wait: Duration) -> Fatal {
-    Fatal::Missing {
-        what: format!("the robot: no state on robot/state for {:.1} s", wait.as_secs_f64()),
-        how: "start the process that plays it, or raise robot.wait_s".to_owned(),
+fn robot_is_missing(wait: Duration, states: &RobotStates) -> Fatal {
+    let seconds = wait.as_secs_f64();
+    match states.refused() {
+        Some(reason) => Fatal::BadInput {
+            message: format!("no usable state on robot/state for {seconds:.1} s: {reason}"),
+        },
+        None => Fatal::Missing {
+            what: format!("the robot: no state on robot/state for {seconds:.1} s"),
+            how: "start the process that plays it, or raise robot.wait_s".to_owned(),
+        },
     }
 }
 
 impl SkillExecutorMemory {
     /// Between frames, a robot that moves is told to go on as long as somebody watches it.
     fn beat(&mut self, args: &SkillExecutorArgs, ports: &mut Ports) -> Result<(), ActorError> {
-        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
-        if let Some(state) = ports.states.drain_newest_of(read)? {
+        if let Some(state) = ports.states.drain()? {
             self.hear_robot(state);
         }
         if self.executive.running_step().is_none() {
@@ -211,15 +215,14 @@ impl SkillExecutorMemory {
     ) -> Result<Option<Decision>, ActorError> {
         let read = |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         self.scene = ports.scenes.drain_newest_of(read)?.or(self.scene.take());
-        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
-        if let Some(state) = ports.states.drain_newest_of(read)? {
+        if let Some(state) = ports.states.drain()? {
             self.hear_robot(state);
         }
         let silence_ns = u128::from(monotonic_ns().saturating_sub(self.robot_heard_ns));
         // In lockstep the robot speaks when it has been told something.
         let may_be_silent = args.config.motion.is_none() || args.clock == ClockKind::Lockstep;
         if !may_be_silent && silence_ns > args.robot_wait.as_nanos() {
-            return Err(robot_is_missing(args.robot_wait).into());
+            return Err(robot_is_missing(args.robot_wait, &ports.states).into());
         }
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         let Some(scene) = &self.scene else { return Ok(None) };

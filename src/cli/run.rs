@@ -234,7 +234,7 @@ fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
         };
         sender.send_replace(Some(next().await));
         tokio::select! {
-            again = next() => end_at_once(&again),
+            again = next() => end_at_once(again),
             () = sender.closed() => {}
         }
     });
@@ -243,9 +243,9 @@ fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
 
 /// What a second signal asks for, whatever the loop is waiting for.
 #[expect(clippy::exit, reason = "nothing else may be waited for")]
-fn end_at_once(stop: &Stop) {
+fn end_at_once(stop: Stop) {
     out::note("ended at once: the robot may not have been told to hold");
-    std::process::exit(Verdict::Stopped(*stop).exit_code().into());
+    std::process::exit(Verdict::Stopped(stop).exit_code().into());
 }
 
 /// Progress over the episodes, on standard error, where that is a terminal.

@@ -1,8 +1,12 @@
 //! The only place that reads clocks. Nothing read here enters a decision or a hash.
 
+mod stamps;
+
 use rustix::time::{ClockId, clock_gettime};
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+pub use stamps::Stamps;
 
 /// Nanoseconds of the monotonic clock (the same in all processes of one machine).
 pub fn monotonic_ns() -> u64 {

@@ -108,6 +108,14 @@ impl Executive {
                 format!("the newest scene is {age_ms} ms old (limits.state_age_ms_max = {limit})");
             return Err(Refusal::NotYet(reason));
         }
+        let stamp_ns = cycle.input.robot.map_or(u64::MAX, |robot| robot.capture_ns);
+        let age_ms = cycle.input.now_ns.saturating_sub(stamp_ns) / 1_000_000;
+        if age_ms > limit {
+            let reason = format!(
+                "the newest robot state is {age_ms} ms old (limits.state_age_ms_max = {limit})"
+            );
+            return Err(Refusal::NotYet(reason));
+        }
         if !cycle.is_settled() {
             return Err(Refusal::NotYet(cycle.unsettled()));
         }

@@ -13,8 +13,8 @@ use super::scoring::{Words, with_unseen};
 use super::wiring::{PreparedRun, Shared};
 use super::{RunError, new_run_id};
 use crate::actors::{
-    ActorSpec, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, SystemFaults, snapshot,
-    supervise,
+    ActorSpec, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, Supervision,
+    SystemFaults, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
 use crate::executive::ExecutiveMode;
@@ -79,7 +79,7 @@ pub async fn run_episode(
     let shared = Shared {
         context: Arc::clone(&context),
         monitor: monitor.clone(),
-        commands: commands.clone(),
+        commands: Arc::clone(&commands),
     };
     let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
     let drawing = Arc::new(Mutex::new(()));
@@ -104,17 +104,8 @@ pub async fn run_episode(
             Err(failed.ok().and_then(|fatal| fatal.clone()).unwrap_or_else(gone).into())
         }
     };
-    // Twice: at once, and after the last actor has said its last word.
-    let holds = ended.is_err() && hardware.robot.acts;
-    if holds {
-        commands.hold();
-    }
-    if tokio::time::timeout(STOP_MAX, supervision.stop()).await.is_err() {
-        tracing::warn!("actors that did not end in {STOP_MAX:?} are left alone");
-    }
-    if holds {
-        commands.hold();
-    }
+    let line = (ended.is_err() && hardware.robot.acts).then_some(&*commands);
+    stop_all(supervision, line).await;
     drop(drawing.lock().await);
     ended?;
     let Observed { result, goal, diary, health } = observer.finish()?.ok_or_else(gone)?;
@@ -129,6 +120,16 @@ pub async fn run_episode(
         judge(prepared, &history(), (&diary, &result, goal.as_ref()), &mut report);
     }
     Ok(Episode { report, end: result })
+}
+
+/// Stops all actors; on a line to the robot it is told to hold: at once, and after the last actor has
+/// said its last word.
+async fn stop_all(supervision: Supervision, line: Option<&CommandLine>) {
+    line.inspect(|line| line.hold());
+    if tokio::time::timeout(STOP_MAX, supervision.stop()).await.is_err() {
+        tracing::warn!("actors that did not end within {} s are left alone", STOP_MAX.as_secs());
+    }
+    line.inspect(|line| line.hold());
 }
 
 /// Judges an episode by what really was.

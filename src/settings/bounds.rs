@@ -80,7 +80,9 @@ fn limit(schema: &mut Json, range: [f64; 2], is_whole_too: bool) {
     for inner in ["items", "anyOf", "oneOf"] {
         match schema.get_mut(inner) {
             Some(Json::Array(branches)) => {
-                branches.iter_mut().for_each(|branch| limit(branch, range, is_whole_too));
+                for branch in branches {
+                    limit(branch, range, is_whole_too);
+                }
             }
             Some(item) => limit(item, range, is_whole_too),
             None => {}
@@ -91,7 +93,7 @@ fn limit(schema: &mut Json, range: [f64; 2], is_whole_too: bool) {
         Json::Array(several) => several.iter().any(|one| one == name),
         Json::Null | Json::Bool(_) | Json::Number(_) | Json::Object(_) => false,
     };
-    if !is("number") && !(is_whole_too && is("integer")) {
+    if !(is("number") || is_whole_too && is("integer")) {
         return;
     }
     let has = |name: &str| schema.get(name).is_some();

@@ -78,6 +78,9 @@ fn tokio_test(test: impl Future<Output = ()>) {
     crate::common::runtime().block_on(test);
 }
 
+/// A time of day where a monotonic clock should be, nanoseconds.
+const UNIX_NS: u64 = 1_800_000_000_000_000_000;
+
 /// A frame as a camera would send it, but for one thing.
 struct ForeignFrame {
     header: FrameHeader,
@@ -113,6 +116,8 @@ fn foreign_frames() -> Vec<ForeignFrame> {
             "the labelled examples are 640x480 pixels, the frame is 320x240",
         ),
         foreign(FrameHeader { schema: SCHEMA + 1, ..good }, n_bytes, "schema"),
+        foreign(good, n_bytes, "capture_ns is 0: stamp with CLOCK_MONOTONIC"),
+        foreign(FrameHeader { capture_ns: UNIX_NS, ..good }, n_bytes, "s in the future"),
     ];
     for (frame, sequence) in frames.iter_mut().zip(1_000..) {
         frame.header.sequence = sequence;

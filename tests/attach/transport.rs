@@ -204,12 +204,6 @@ async fn what_does_not_open_is_told_with_its_remedy() {
         test.bus.subscriber(&GOAL, Depth::newest());
     let said = readers.map(drop).unwrap_err().to_string();
     assert!(said.contains("incompatible types (a process of another version of"), "{said}");
-    let long = Bus::open(&test.run.bus(&"x".repeat(300))).unwrap();
-    let said = long.publisher::<TaskHeader, u8>(&GOAL).map(drop).unwrap_err().to_string();
-    assert!(
-        said.ends_with(
-            "exceeds maximum length (the name or path is too long: choose a shorter `run`)"
-        ),
-        "{said}"
-    );
+    let said = Bus::open(&test.run.bus(&"x".repeat(65))).map(drop).unwrap_err().to_string();
+    assert!(said.contains("expected 1 to 64 letters a-z, digits, '-', '_' or '.'"), "{said}");
 }

@@ -124,7 +124,7 @@ fn settings_that_make_no_sense_are_named() {
         ("seed.x=1", "--set seed: expected an integer, 0 or more, got a table"),
         ("sede=1", "--set sede: unknown key; did you mean seed?"),
         ("seed=abc", "--set seed: expected an integer, 0 or more, got the string \"abc\""),
-        ("camera.rate_hz=-1", "--set camera.rate_hz: expected a number above 0, got -1"),
+        ("camera.rate_hz=-1", "--set camera.rate_hz: expected a number from 0.01 to 10000, got -1"),
         ("camera.kind=radar", "camera.kind: expected \"external\" or \"images\""),
         ("goal.kind=telepathy", "--set goal.kind: expected \"image\" or \"instruction\""),
         ("perception.detector=eyes", "perception.detector: expected \"annotated\" or \"colour\""),

@@ -86,7 +86,10 @@ class Robot:
 
     def step(self) -> None:
         """One control period, for who has a loop of their own."""
-        for _, payload in self._commands.take():
+        for header, payload in self._commands.take():
+            # What a run has said before this robot was there is not for it.
+            if time.monotonic_ns() - header.send_ns > 1e9 * self._silence_s_max:
+                continue
             self._heard_s = time.monotonic()
             self._take(wire.CommandRecord.from_buffer_copy(payload))
         if self._motion and not self._motion.ending and time.monotonic() - self._heard_s > self._silence_s_max:

@@ -12,6 +12,7 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::{CameraArgs, Rejection};
+use crate::clock::{ClockKind, Stamps, monotonic_ns};
 use crate::geometry::CameraModel;
 use crate::perception::{DepthView, FrameView, ImageView};
 use crate::transport::convert::{RgbFrame, depth_from_wire};
@@ -28,6 +29,7 @@ struct Feed {
     /// Its newest frame that can be worked on, and the depth that came last.
     frame: Option<RgbFrame>,
     newest_depth: Option<Received<FrameHeader, u8>>,
+    stamps: Stamps,
     /// When its last frame came.
     seen: Instant,
     /// Whether people have been told that the loop goes on without it.
@@ -84,6 +86,7 @@ impl Cameras {
         cameras: &[CameraArgs],
         skew: Option<Duration>,
     ) -> Result<Self, TransportError> {
+        let clock = if skew.is_some() { ClockKind::Realtime } else { ClockKind::Lockstep };
         let feeds = cameras.iter().map(|args| {
             let topics = CameraTopics::of(&args.name);
             Ok(Feed {
@@ -93,6 +96,7 @@ impl Cameras {
                 depth: bus.subscriber(&topics.depth, Depth::newest())?,
                 frame: None,
                 newest_depth: None,
+                stamps: Stamps::new(clock),
                 seen: Instant::now(),
                 is_late: false,
             })
@@ -241,8 +245,16 @@ impl Feed {
     fn take(&mut self, is_one: bool, refused: &mut impl FnMut(&str)) -> Result<(), TransportError> {
         let name = (!is_one).then_some(self.args.name.as_str());
         let size = self.args.image_size;
+        let stamps = &mut self.stamps;
         let newest = self.rgb.drain_newest_of(|message| {
-            check(name, size, message).inspect_err(|reason| refused(reason))
+            let FrameHeader { sequence, capture_ns, .. } = *message.header();
+            let of = name.map(|name| format!("camera {name}: ")).unwrap_or_default();
+            check(name, size, message)
+                .and_then(|frame| {
+                    let stamp = stamps.take(sequence, capture_ns, monotonic_ns());
+                    stamp.map(|()| frame).map_err(|reason| of + &reason)
+                })
+                .inspect_err(|reason| refused(reason))
         })?;
         if newest.is_some() {
             self.frame = newest;

@@ -13,8 +13,9 @@ use std::time::Duration;
 
 use frames::{Cameras, Shot};
 
+use super::robot_states::RobotStates;
 use super::{ActorError, Checkpoint, Fatal, Monitor};
-use crate::clock::monotonic_ns;
+use crate::clock::{ClockKind, monotonic_ns};
 use crate::hardware::DisturbDetections;
 use crate::messages::{Dispatch, Event, GoalUpdate, RobotState, Status};
 use crate::pddl::Typed;
@@ -24,15 +25,15 @@ use crate::perception::tracking::{FrameContext, OtherView, ParserConfig, ScenePa
 use crate::perception::{Detections, FrameView, phrase_of_name};
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    WireContext, WireError, dispatch_from_wire, event_from_wire, goal_from_wire,
-    robot_state_from_wire, scene_to_wire, status_from_wire,
+    WireContext, WireError, dispatch_from_wire, event_from_wire, goal_from_wire, scene_to_wire,
+    status_from_wire,
 };
 use crate::transport::topics::{
-    CameraTopics, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATE, ROBOT_STATUS, SCENE,
+    CameraTopics, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATUS, SCENE,
 };
 use crate::transport::wire::{
-    DeviceHeader, DispatchRecord, FrameHeader, RobotStateRecord, SceneRecord, StatusRecord,
-    StreamHeader, TaskHeader, WireHeader,
+    DeviceHeader, DispatchRecord, FrameHeader, SceneRecord, StatusRecord, StreamHeader, TaskHeader,
+    WireHeader,
 };
 use crate::transport::{Bus, Depth, Publisher, Received, Record, Subscriber, TransportError};
 
@@ -87,8 +88,8 @@ pub struct SceneParserMemory {
     parser: SceneParser,
     cycle: u64,
     last_frame: Option<u64>,
-    last_dispatch: Option<u64>,
-    last_status: Option<u64>,
+    last_dispatch: Option<Handled>,
+    last_status: Option<Handled>,
     /// Frames that have come.
     n_frames: u64,
     /// Dispatches and statuses that no frame has been parsed with yet, each with the number of
@@ -106,7 +107,7 @@ pub struct SceneParserMemory {
 
 struct Ports {
     cameras: Cameras,
-    states: Subscriber<DeviceHeader, RobotStateRecord>,
+    states: RobotStates,
     dispatches: Subscriber<StreamHeader, DispatchRecord>,
     statuses: Subscriber<DeviceHeader, StatusRecord>,
     goals: Subscriber<TaskHeader, u8>,
@@ -150,7 +151,7 @@ pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let ports = Ports {
         cameras: Cameras::open(bus, &args.cameras, args.skew)?,
-        states: bus.subscriber(&ROBOT_STATE, Depth::newest())?,
+        states: RobotStates::open(bus, args.clock())?,
         dispatches: bus.subscriber(&DISPATCH, Depth::all(RELIABLE_DEPTH))?,
         statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
         goals: bus.subscriber(&GOAL, Depth::newest())?,
@@ -297,8 +298,7 @@ impl SceneParserMemory {
             }
         }
         // The state first: a status that it rests on has come then.
-        let read = |m: Received<_, _>| robot_state_from_wire(m.header(), m.records());
-        self.robot = ports.states.drain_newest_of(read)?.or(self.robot.take());
+        self.robot = ports.states.drain()?.or(self.robot.take());
         let read = |header: &_, records: &[_]| dispatch_from_wire(header, records, context);
         let dispatches = fresh(&mut ports.dispatches, &mut self.last_dispatch, read)?;
         self.dispatches.extend(dispatches.into_iter().map(|dispatch| (n_frames, dispatch)));
@@ -322,6 +322,10 @@ impl SceneParserMemory {
 }
 
 impl SceneParserArgs {
+    fn clock(&self) -> ClockKind {
+        if self.skew.is_some() { ClockKind::Realtime } else { ClockKind::Lockstep }
+    }
+
     /// Counts a frame that came to nothing, and says why.
     fn reject(&self, rejection: &Rejection) {
         self.monitor.rejected(NAME, &rejection.reason);
@@ -360,20 +364,28 @@ impl Ports {
     }
 }
 
+/// The last message of a stream that was handled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Handled {
+    sequence: u64,
+    capture_ns: u64,
+}
+
 /// All waiting messages of a stream that were not handled before: after a restart, the topic's
-/// history comes again. What does not convert is reported and left out.
+/// history comes again. A writer that has started anew counts from 0 again, at later times. What does not convert is reported and left out.
 pub(super) fn fresh<H: WireHeader, R: Record, T>(
     subscriber: &mut Subscriber<H, R>,
-    last: &mut Option<u64>,
+    last: &mut Option<Handled>,
     convert: impl Fn(&H, &[R]) -> Result<T, WireError>,
 ) -> Result<Vec<T>, TransportError> {
     let mut messages = Vec::new();
     while let Some(message) = subscriber.poll_next()? {
-        let sequence = message.header().sequence();
+        let (sequence, capture_ns) = (message.header().sequence(), message.header().capture_ns());
+        let is_old = |last: Handled| sequence <= last.sequence && capture_ns <= last.capture_ns;
         match convert(message.header(), message.records()) {
-            Ok(_) if last.is_some_and(|last| sequence <= last) => {}
+            Ok(_) if last.is_some_and(is_old) => {}
             Ok(message) => {
-                *last = Some(sequence);
+                *last = Some(Handled { sequence, capture_ns });
                 messages.push(message);
             }
             Err(error) => tracing::warn!(topic = subscriber.topic(), %error, "rejected"),
