@@ -50,7 +50,7 @@ fn commands_after(
             Trouble::Signal(signal) => run.signal(signal),
         }
         let mut ended = tokio::task::spawn_blocking(|| run.end());
-        let (mut kinds, mut told) = (Vec::new(), String::new());
+        let (mut kinds, mut told) = (Vec::new(), Vec::new());
         let ended = loop {
             tokio::select! {
                 biased;
@@ -59,11 +59,11 @@ fn commands_after(
                     let read = command_from_wire(command.header(), command.records()).unwrap();
                     kinds.push(read.kind);
                 }
-                event = events.next() => told += &format!("{:?}\n", event.unwrap().event),
+                event = events.next() => told.push(event.unwrap().event),
                 ended = &mut ended => break ended.unwrap(),
             }
         };
-        (ended, kinds, told)
+        (ended, kinds, format!("{told:#?}"))
     })
 }
 

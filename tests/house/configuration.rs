@@ -301,7 +301,7 @@ fn without_range(schema: &Value, name: &str, found: &mut Vec<String>) {
             without_range(inner, if is_name { key } else { name }, found);
         }),
         Value::Array(items) => items.iter().for_each(|item| without_range(item, name, found)),
-        _ => {}
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
     }
 }
 

@@ -19,7 +19,7 @@ use groundloop::transport::wire;
 use layout::Layouts;
 
 /// The marks in the page around what is made.
-const MARKS: [&str; 2] = ["<!-- made by tests/attach/protocol.rs -->", "<!-- to here -->"];
+const MARKS: [&str; 2] = ["<!-- made by tests/attach/protocol/mod.rs -->", "<!-- to here -->"];
 
 fn layouts() -> Layouts {
     Layouts::read(&fs::read_to_string(project("src/transport/wire.rs")).unwrap())

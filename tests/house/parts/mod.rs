@@ -54,7 +54,7 @@ fn minimal(role: &str, name: &str) -> Option<String> {
             Some(format!("{NOWHERE}\nmodel = 'm'\ndialect = 'llamacpp'\n{IMPATIENT}"))
         }
         ("planner", "fast-downward") => Some("program = 'driver'".to_owned()),
-        _ => panic!("tests/house/parts.rs: `minimal` lacks the {role} \"{name}\""),
+        _ => panic!("tests/house/parts/mod.rs: `minimal` lacks the {role} \"{name}\""),
     }
 }
 
