@@ -234,7 +234,11 @@ impl SkillExecutorMemory {
             }
             ClockKind::Realtime => monotonic_ns(),
         };
-        let input = CycleInput { scene, plan, robot, statuses: &statuses, now_ns };
+        let robot_age_ns = match args.clock {
+            ClockKind::Lockstep => 0,
+            ClockKind::Realtime => robot.map_or(0, |r| now_ns.saturating_sub(r.capture_ns)),
+        };
+        let input = CycleInput { scene, plan, robot, robot_age_ns, statuses: &statuses, now_ns };
         Ok(Some(self.executive.on(&args.config, &input)))
     }
 

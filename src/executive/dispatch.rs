@@ -38,6 +38,9 @@ impl Executive {
         if let Some(verdict) = self.state_revisit_guard(cycle) {
             return Answer::End(verdict);
         }
+        if let Some(reason) = self.known_infeasible(cycle, step) {
+            return self.re_observe(cycle, &format!("{step} cannot be carried out: {reason}"));
+        }
         let started = self.start(cycle, step);
         started.unwrap_or_else(|error| self.cannot_carry_out(cycle, step, &error))
     }
@@ -88,6 +91,7 @@ impl Executive {
             effects,
             cancelled_ns: None,
             fault: None,
+            is_accepted: false,
         });
         self.held = held.or(self.held.take());
         cycle.event(Event::Started { step: step.clone() });
@@ -108,8 +112,7 @@ impl Executive {
                 format!("the newest scene is {age_ms} ms old (limits.state_age_ms_max = {limit})");
             return Err(Refusal::NotYet(reason));
         }
-        let stamp_ns = cycle.input.robot.map_or(u64::MAX, |robot| robot.capture_ns);
-        let age_ms = cycle.input.now_ns.saturating_sub(stamp_ns) / 1_000_000;
+        let age_ms = cycle.input.robot_age_ns / 1_000_000;
         if age_ms > limit {
             let reason = format!(
                 "the newest robot state is {age_ms} ms old (limits.state_age_ms_max = {limit})"

@@ -1,17 +1,20 @@
-//! Steps that the robot cannot carry out as things stand: out of reach, no free place.
+//! Steps that cannot be carried out as things stand: out of reach, no free place, or refused by the
+//! robot ("unreachable", "collision", "no grasp").
 
 use super::places::Places;
 use super::{Answer, Cycle, Executive};
 use crate::pddl::{Name, Step};
 use crate::skills::SkillError;
 
-/// A step for which there was no motion.
+/// A step for which there was no motion, or that the robot has refused.
 #[derive(Debug, Clone)]
 pub(super) struct Infeasible {
     step: Step,
     /// Where everything stood then, and what was held.
     places: Places,
     held: Option<Name>,
+    /// Why.
+    reason: String,
 }
 
 impl Executive {
@@ -24,18 +27,30 @@ impl Executive {
         step: &Step,
         error: &SkillError,
     ) -> Answer {
-        let places = Places::known(cycle.input.scene);
-        let held = self.held.as_ref().map(|held| held.object.clone());
-        let is_known = self
-            .infeasible
-            .iter()
-            .any(|known| known.step == *step && known.held == held && places.are_as(&known.places));
-        if is_known {
-            return self.re_observe(cycle, &format!("{step} cannot be carried out: {error}"));
-        }
-        self.infeasible.retain(|known| known.step != *step);
-        self.infeasible.push(Infeasible { step: step.clone(), places, held });
+        self.not_again(cycle, step, error.to_string());
         self.fail(cycle, step, error.to_string());
         self.give_up_or_wait(cycle)
+    }
+
+    /// Remembers that a step cannot be carried out as things stand.
+    pub(super) fn not_again(&mut self, cycle: &Cycle<'_>, step: &Step, reason: String) {
+        let places = Places::known(cycle.input.scene);
+        let held = self.in_gripper(cycle).cloned();
+        self.infeasible.retain(|known| known.step != *step);
+        self.infeasible.push(Infeasible { step: step.clone(), places, held, reason });
+    }
+
+    /// Why a step cannot be carried out, when things stand as they did when that was found.
+    pub(super) fn known_infeasible(&self, cycle: &Cycle<'_>, step: &Step) -> Option<String> {
+        let known = self.infeasible.iter().find(|known| known.step == *step)?;
+        let is_as_then = known.held.as_ref() == self.in_gripper(cycle)
+            && Places::known(cycle.input.scene).are_as(&known.places);
+        is_as_then.then(|| known.reason.clone())
+    }
+
+    /// What is held now: of a step that was refused nothing has been taken.
+    fn in_gripper(&self, cycle: &Cycle<'_>) -> Option<&Name> {
+        let is_holding = cycle.input.robot.is_some_and(|robot| robot.holding);
+        self.held.as_ref().filter(|_| is_holding).map(|held| &held.object)
     }
 }

@@ -66,6 +66,8 @@ pub struct CycleInput<'a> {
     pub plan: &'a PlanMessage,
     /// The newest robot state; `None` without a robot.
     pub robot: Option<&'a RobotState>,
+    /// How old that state is, nanoseconds; 0 in lockstep, where the robot answers every frame.
+    pub robot_age_ns: u64,
     /// What the robot has said since the last cycle.
     pub statuses: &'a [Status],
     /// Run time now: the frame's stamp in lockstep, the monotonic clock otherwise, nanoseconds.

@@ -4,7 +4,9 @@ use super::limits::LookTime;
 use super::re_observing::ReObserving;
 use super::{Cycle, Executive, Phase};
 use crate::logic::{Facts, Truth};
-use crate::messages::{CommandWatch, Effects, Event, ReplanCause, StatusKind, StepOutcome};
+use crate::messages::{
+    CommandWatch, Effects, Event, ReplanCause, RobotState, StatusKind, StepOutcome,
+};
 use crate::pddl::{Name, Step};
 use crate::scene::Visibility;
 
@@ -25,6 +27,8 @@ pub(super) struct Running {
     pub(super) cancelled_ns: Option<u64>,
     /// Why it counts as failed even if it is cancelled as told.
     pub(super) fault: Option<String>,
+    /// Whether the robot has said that it carries it out.
+    pub(super) is_accepted: bool,
 }
 
 /// A step that has ended; its effects are being looked for.
@@ -61,18 +65,32 @@ impl Executive {
                 // However it ended: the next frames show what can be seen from there.
                 self.phase = Phase::Idle;
             }
-            let Phase::Running(running) = &self.phase else { continue };
+            let Phase::Running(running) = &mut self.phase else { continue };
+            // The word may be lost: who moves has accepted.
+            let moves = |robot: &RobotState| robot.command_id == Some(running.command_id);
+            running.is_accepted |= cycle.input.robot.is_some_and(moves);
             if status.command_id != running.command_id {
                 continue;
             }
+            let mut refused = None;
             let ending = match &status.kind {
-                StatusKind::Accepted => continue,
+                StatusKind::Accepted => {
+                    running.is_accepted = true;
+                    continue;
+                }
                 StatusKind::Done => Ending::Done,
-                StatusKind::Failed(reason) => Ending::Failed(reason.clone()),
+                StatusKind::Failed(reason) => {
+                    refused =
+                        (!running.is_accepted).then(|| (running.step.clone(), reason.clone()));
+                    Ending::Failed(reason.clone())
+                }
                 StatusKind::Cancelled => Ending::Cancelled,
             };
             let verifying = running.ended(status.capture_ns, ending);
             self.phase = Phase::VerifyingEffects(verifying);
+            if let Some((step, reason)) = refused {
+                self.not_again(cycle, &step, reason);
+            }
         }
         self.miss_no_end(cycle);
     }

@@ -57,6 +57,13 @@ fn nothing_leaves_on_a_scene_that_is_too_old() {
     assert_eq!(reasons(&decision), [expect]);
     episode.age_ms = limit;
     assert!(started(&episode.cycle()).is_some());
+
+    let mut episode = Episode::new();
+    episode.robot_age_ms = limit + 1;
+    let said = reasons(&episode.plan(&[PICK]).cycle()).join("");
+    assert!(said.starts_with("the newest robot state is 501 ms old"), "{said}");
+    episode.robot_age_ms = limit;
+    assert!(started(&episode.cycle()).is_some());
 }
 
 #[test]
@@ -224,7 +231,8 @@ fn failures_of_the_same_step_are_counted_and_told() {
     let mut episode = Episode::new();
     for n in 1..=3 {
         episode.start(PICK);
-        let decision = episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
+        let decision =
+            episode.hear(&[StatusKind::Accepted, StatusKind::Failed("it slipped".to_owned())]);
         let outcome = &decision.outcomes[0];
         assert_eq!((outcome.sequence, outcome.failures), (u64::from(n) - 1, n));
         assert_eq!((&outcome.step, outcome.succeeded), (&step(PICK), false));
@@ -237,7 +245,8 @@ fn failures_of_the_same_step_are_counted_and_told() {
 fn a_plan_that_was_made_before_a_failure_is_not_followed() {
     let mut episode = Episode::new();
     episode.start(PICK);
-    let decision = episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
+    let decision =
+        episode.hear(&[StatusKind::Accepted, StatusKind::Failed("it slipped".to_owned())]);
     assert_eq!(decision.command.kind, CommandKind::Continue, "the planner has not heard of it");
     assert_eq!(
         started(&episode.cycle()).as_deref(),
@@ -254,6 +263,28 @@ fn a_step_that_perception_does_not_allow_fails_without_a_motion() {
     assert_eq!(decision.command.kind, CommandKind::Continue);
     assert!(reasons(&decision)[0].starts_with("the place of red_block"), "{decision:?}");
     assert_eq!(decision.outcomes[0].failures, 1);
+}
+
+/// What a robot refuses is not asked of it again until things stand otherwise.
+#[test]
+fn a_step_that_the_robot_refuses_waits_until_things_stand_otherwise() {
+    let mut episode = Episode::new();
+    episode.start(PICK);
+    if let Some(robot) = &mut episode.robot {
+        robot.command_id = None; // it has not moved
+    }
+    let refused = episode.hear(&[StatusKind::Failed("unreachable".to_owned())]);
+    assert_eq!(refused.outcomes[0].failures, 1, "the planner hears of it");
+    let waits = format!("{} cannot be carried out: unreachable", step(PICK));
+    let said = [episode.cycle(), episode.cycle()].map(|decision| reasons(&decision).join(""));
+    assert_eq!(said.concat(), waits, "told once");
+    let mut other = episode.clone();
+    assert!(started(&other.plan(&["pick_up green_block arm"]).cycle()).is_some(), "another step");
+    let mut moved = episode.clone();
+    moved.move_object("red_block", 0.1);
+    assert_eq!(started(&moved.cycle()), Some(step(PICK).to_string()));
+    let (_, verdict) = episode.run_out(50);
+    assert_eq!(verdict.reason(), format!("limits.observing_s_max: {waits}"));
 }
 
 /// Nothing is tried twice on the same evidence: there is one failure until things stand otherwise, and in the
@@ -325,7 +356,7 @@ fn a_plan_that_changes_without_a_cause_is_no_replan() {
 fn a_failure_is_a_cause_of_the_next_plan_switch() {
     let mut episode = Episode::new();
     episode.start(PICK);
-    episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
+    episode.hear(&[StatusKind::Accepted, StatusKind::Failed("it slipped".to_owned())]);
     let decision = episode.plan(&["pick_up green_block arm"]).cycle();
     let cause = ReplanCause::Failure { step: step(PICK), reason: "it slipped".to_owned() };
     let old = Some(step(PICK));

@@ -38,6 +38,7 @@ struct Episode {
     robot: Option<RobotState>,
     /// How old the scene is when it is looked at.
     age_ms: u64,
+    robot_age_ms: u64,
 }
 
 fn config(domain: &str) -> ExecutiveConfig {
@@ -125,6 +126,7 @@ impl Episode {
             is_doubted: false,
             robot: Some(robot),
             age_ms: 0,
+            robot_age_ms: 0,
         };
         episode.see(&blocks(&[], None));
         episode
@@ -185,6 +187,7 @@ impl Episode {
             scene: &self.scene,
             plan: &plan,
             robot: self.robot.as_ref(),
+            robot_age_ns: self.robot_age_ms * 1_000_000,
             statuses: &statuses,
             now_ns: capture_ns + self.age_ms * 1_000_000,
         };

@@ -58,7 +58,7 @@ fn an_anomaly_that_stays_is_told_and_accepted() {
     let decision = episode.cycle();
     assert_eq!(reasons(&decision), ["accepted after repeated looks: nothing under red_block"]);
     assert!(started(&decision).is_some());
-    episode.hear(&[StatusKind::Failed("it slipped".to_owned())]);
+    episode.hear(&[StatusKind::Accepted, StatusKind::Failed("it slipped".to_owned())]);
     assert!(started(&episode.cycle()).is_some(), "looked into already");
 }
 
