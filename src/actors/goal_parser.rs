@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use super::{ActorError, Checkpoint, Fatal, Handling, Monitor};
-use crate::goals::{GoalError, GoalObject, GoalSource, ParsedGoal};
+use crate::goals::{GoalError, GoalObject, GoalSource, GoalView, ParsedGoal};
+use crate::logic::Facts;
 use crate::messages::{GoalMessage, GoalUpdate, PlanVerdict};
 use crate::parts::PartError;
 use crate::perception::model::Perception;
@@ -132,9 +133,10 @@ async fn ask(
     // An answer before the scene has settled could mistake objects for missing ones.
     let settled = scene.unsettled == 0 && objects.iter().any(|o| o.pixel_box.is_some());
     let read = if args.source.is_quick() {
-        args.source.read(&args.context.domain, &objects)
+        let view = GoalView { objects: &objects, facts: Some(&scene.confirmed()) };
+        args.source.read_in(&args.context.domain, view)
     } else if settled {
-        read_apart(args, objects).await?
+        read_apart(args, objects, scene.confirmed()).await?
     } else {
         return Ok(Ok(None));
     };
@@ -154,11 +156,13 @@ async fn ask(
 async fn read_apart(
     args: &GoalParserArgs,
     objects: Vec<GoalObject>,
+    facts: Facts,
 ) -> Result<Result<ParsedGoal, GoalError>, ActorError> {
     let (sender, receiver) = tokio::sync::oneshot::channel();
     let (source, context) = (Arc::clone(&args.source), Arc::clone(&args.context));
     let work = move || {
-        if sender.send(source.read(&context.domain, &objects)).is_err() {
+        let view = GoalView { objects: &objects, facts: Some(&facts) };
+        if sender.send(source.read_in(&context.domain, view)).is_err() {
             tracing::debug!("nobody waits for the goal any more");
         }
     };

@@ -1,15 +1,17 @@
 //! `groundloop goal`: shows what a goal is read as, over objects that are listed or come from a
 //! problem.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::reports::{ExpectedObject, GoalPhrase, GoalReport};
 use super::services::ServiceArgs;
 use super::{Failure, out};
 use crate::geometry::PixelBox;
-use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal, Phrase, Referent};
+use crate::goals::{GOALS, GoalInputs, GoalObject, GoalView, ParsedGoal, Phrase, Referent};
 use crate::parts::{PartChoice, PartContext};
-use crate::pddl::{Name, SourceText, Typed, parse_problem};
+use crate::logic::Facts;
+use crate::pddl::{Atom, Name, SourceText, Typed, parse_facts, parse_problem};
 use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
 #[derive(Debug, clap::Args)]
@@ -27,6 +29,10 @@ pub(super) struct Args {
     /// A PDDL problem, whose objects are seen too.
     #[arg(long, value_name = "FILE")]
     problem: Option<PathBuf>,
+    /// Facts that are seen, as PDDL (`(on a b) (clear a)`); all others are taken to be false. Without
+    /// them and a problem, nobody knows what holds.
+    #[arg(long, value_name = "FACTS")]
+    facts: Option<String>,
     /// What reads the goal: see `groundloop parts goal`.
     #[arg(long, value_name = "KIND", default_value = "instruction")]
     kind: String,
@@ -51,15 +57,24 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         })?;
         objects.push(GoalObject::new(&folder.perception, name, type_name, pixel_box));
     }
+    let mut known: Option<BTreeSet<Atom>> = None;
     if let Some(path) = &args.problem {
         let source = SourceText { name: path.display().to_string(), text: read_text(path)? };
         let problem = parse_problem(&source, &folder.domain)?.value;
+        known = Some(problem.init.into_iter().collect());
         let typed = problem.objects.into_iter().filter_map(|typed| {
             let type_name = typed.types.first()?.clone();
             Some(GoalObject::new(&folder.perception, typed.name, type_name, None))
         });
         objects.extend(typed);
     }
+    if let Some(text) = &args.facts {
+        let typed: Vec<Typed> =
+            objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
+        let source = SourceText::new("--facts", text.clone());
+        known.get_or_insert_default().extend(parse_facts(&source, &folder.domain, &typed)?.value);
+    }
+    let facts = known.map(Facts::new);
     let choice = choice("--kind", &args.kind, args.options.as_deref())?;
     let choice = choice.with_answers(args.services.answers());
     let inputs = GoalInputs {
@@ -68,7 +83,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     };
     let context = PartContext { choice: &choice, inputs, environment };
     let source = GOALS.build(&context).map_err(ConfigError::from)?;
-    let goal = source.read(&folder.domain, &objects)?;
+    let goal = source.read_in(&folder.domain, GoalView { objects: &objects, facts: facts.as_ref() })?;
     report(args, &goal)?;
     Ok(0)
 }

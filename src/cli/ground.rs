@@ -8,7 +8,7 @@ use super::plan::planner;
 use super::reports::{GroundReport, GroundedObject, OutsideThing, lists, steps_of};
 use super::services::ServiceArgs;
 use super::{Failure, exit, out};
-use crate::goals::{GOALS, GoalInputs, GoalObject, ParsedGoal};
+use crate::goals::{GOALS, GoalInputs, GoalObject, GoalView, ParsedGoal};
 use crate::mismatch::{Mismatch, listed};
 use crate::parts::PartContext;
 use crate::perception::{GroundedImage, ImageRegion, NoImageRegion, Outside, phrase_of_name};
@@ -141,7 +141,8 @@ fn read_goal(
     let context = PartContext { choice: &choice, inputs, environment };
     let source = GOALS.build(&context).map_err(ConfigError::from)?;
     let objects = GoalObject::of_image(&folder.perception, &grounded.named.boxes);
-    Ok(Some(source.read(&folder.domain, &objects)?))
+    let view = GoalView { objects: &objects, facts: Some(&grounded.state.facts) };
+    Ok(Some(source.read_in(&folder.domain, view)?))
 }
 
 fn solve(

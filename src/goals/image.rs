@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::language::MutexRule;
-use super::{GoalError, GoalObject, GoalSource, ParsedGoal};
+use super::{GoalError, GoalSource, GoalView, ParsedGoal};
 use crate::parts::{Part, PartContext, PartError, options_of};
 use crate::pddl::{Atom, Condition, Domain, Effect, Literal, Name, Term};
 use crate::perception::State;
@@ -78,7 +78,7 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
 }
 
 impl GoalSource for GoalImage {
-    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+    fn read_in(&self, domain: &Domain, view: GoalView<'_>) -> Result<ParsedGoal, GoalError> {
         let fault = |reason: String| GoalError::Image { path: self.path.clone(), reason };
         let predicates: BTreeSet<Name> = match &self.predicates {
             Predicates::Chosen(chosen) => {
@@ -109,7 +109,7 @@ impl GoalSource for GoalImage {
             }
         }
         let named: BTreeSet<&Name> = atoms.iter().flat_map(|atom| &atom.args).collect();
-        let is_seen = |name: &Name| objects.iter().any(|object| object.name == *name);
+        let is_seen = |name: &Name| view.objects.iter().any(|object| object.name == *name);
         let shown = self.shown.objects.iter();
         let expected = shown.filter(|o| named.contains(&o.name) && !is_seen(&o.name)).cloned();
         let expected = expected.collect();

@@ -1,6 +1,6 @@
 //! Goals of kind "logical": a PDDL condition, written out.
 
-use super::{GoalError, GoalObject, GoalSource, ParsedGoal};
+use super::{GoalError, GoalObject, GoalSource, GoalView, ParsedGoal};
 use crate::parts::{Part, no_options};
 use crate::pddl::{Domain, Name, SourceText, Typed, parse_goal};
 
@@ -23,8 +23,8 @@ pub(super) const PART: Part<dyn GoalSource> = Part {
 };
 
 impl GoalSource for Logical {
-    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
-        parse(&self.source, domain, objects)
+    fn read_in(&self, domain: &Domain, view: GoalView<'_>) -> Result<ParsedGoal, GoalError> {
+        parse(&self.source, domain, view.objects)
     }
 }
 

@@ -19,6 +19,7 @@ pub use language::Language;
 pub use repair::{Conflict, Repaired, repaired};
 
 use crate::geometry::PixelBox;
+use crate::logic::Facts;
 use crate::parts::{Registry, Role};
 use crate::pddl::{Condition, Domain, Name, Typed};
 use crate::perception::model::{ObjectBox, Perception};
@@ -105,16 +106,39 @@ pub struct ParsedGoal {
     pub notes: Vec<String>,
 }
 
+/// What a goal is read against: descriptions such as "the block on the red one" are looked up here.
+#[derive(Debug, Clone, Copy)]
+pub struct GoalView<'a> {
+    /// The objects seen so far.
+    pub objects: &'a [GoalObject],
+    /// What holds between them; `None` where nobody knows.
+    pub facts: Option<&'a Facts>,
+}
+
+impl<'a> From<&'a [GoalObject]> for GoalView<'a> {
+    fn from(objects: &'a [GoalObject]) -> Self {
+        Self { objects, facts: None }
+    }
+}
+
 /// Reads what a user wrote, or a picture, as a goal condition over the objects that are seen.
 pub trait GoalSource: std::fmt::Debug + Send + Sync {
-    /// Reads the goal against a domain and the objects seen so far.
+    /// Reads the goal against a domain and what is seen so far.
     ///
     /// # Errors
     /// The goal is malformed, contradicts itself or cannot be resolved over these objects;
     /// [`GoalError::may_resolve_later`] tells whether another look could help.
-    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError>;
+    fn read_in(&self, domain: &Domain, view: GoalView<'_>) -> Result<ParsedGoal, GoalError>;
 
-    /// Whether [`read`](Self::read) may be called for every scene. One that takes long is called away
+    /// The same where objects are all that is known.
+    ///
+    /// # Errors
+    /// See [`read_in`](Self::read_in).
+    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+        self.read_in(domain, objects.into())
+    }
+
+    /// Whether [`read_in`](Self::read_in) may be called for every scene. One that takes long is called away
     /// from the loop, once the scene has settled.
     fn is_quick(&self) -> bool {
         true

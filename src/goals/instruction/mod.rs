@@ -18,7 +18,7 @@ mod tests;
 use std::ops::Range;
 
 use super::language::misfit;
-use super::{GoalError, GoalObject, GoalSource, Language, Misunderstood, ParsedGoal, Reason};
+use super::{GoalError, GoalObject, GoalSource, GoalView, Language, Misunderstood, ParsedGoal, Reason};
 use crate::parts::{Part, PartContext, PartError, no_options};
 use crate::pddl::Domain;
 pub(super) use contradictions::first_circle;
@@ -62,8 +62,8 @@ fn build(context: &PartContext<'_, dyn GoalSource>) -> Result<Box<dyn GoalSource
 }
 
 impl GoalSource for Instruction {
-    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
-        parse(&self.text, domain, &self.language, objects)
+    fn read_in(&self, domain: &Domain, view: GoalView<'_>) -> Result<ParsedGoal, GoalError> {
+        parse_in(&self.text, domain, &self.language, view)
     }
 }
 
@@ -78,6 +78,20 @@ pub fn parse(
     language: &Language,
     objects: &[GoalObject],
 ) -> Result<ParsedGoal, GoalError> {
+    parse_in(instruction, domain, language, objects.into())
+}
+
+/// Reads an instruction as a goal over what is seen and objects that are expected to turn up.
+///
+/// # Errors
+/// See [`parse`].
+pub fn parse_in(
+    instruction: &str,
+    domain: &Domain,
+    language: &Language,
+    view: GoalView<'_>,
+) -> Result<ParsedGoal, GoalError> {
+    let objects = view.objects;
     language.check(domain).map_err(|mismatch| misfit(mismatch.to_string()))?;
     let vocabulary = Vocabulary::new(language, objects)?;
     understand(instruction, domain, language, &vocabulary, objects).map_err(|fault| {

@@ -18,7 +18,7 @@ use self::prompt::Example;
 use self::validate::{Judged, Rules};
 use super::language::misfit;
 use super::{
-    GoalError, GoalObject, GoalSource, Language, ParsedGoal, Phrase, Referent, instruction, logical,
+    GoalError, GoalObject, GoalSource, GoalView, Language, ParsedGoal, Phrase, Referent, instruction, logical,
 };
 use crate::http::chat::{ChatRequest, ChatResponse, ChatTurn, response_of};
 use crate::http::{Client, Header, Request, WebError, shown_url};
@@ -114,7 +114,8 @@ impl GoalSource for LanguageModel {
         false
     }
 
-    fn read(&self, domain: &Domain, objects: &[GoalObject]) -> Result<ParsedGoal, GoalError> {
+    fn read_in(&self, domain: &Domain, view: GoalView<'_>) -> Result<ParsedGoal, GoalError> {
+        let objects = view.objects;
         if let Some(language) = &self.language {
             language.check(domain).map_err(|mismatch| misfit(mismatch.to_string()))?;
             positions_can_be_told(language, domain, objects, &self.instruction)?;
