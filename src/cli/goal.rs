@@ -9,8 +9,8 @@ use super::services::ServiceArgs;
 use super::{Failure, out};
 use crate::geometry::PixelBox;
 use crate::goals::{GOALS, GoalInputs, GoalObject, GoalView, ParsedGoal, Phrase, Referent};
-use crate::parts::{PartChoice, PartContext};
 use crate::logic::Facts;
+use crate::parts::{PartChoice, PartContext};
 use crate::pddl::{Atom, Name, SourceText, Typed, parse_facts, parse_problem};
 use crate::run::{ConfigError, DomainFolder, environment, read_text};
 
@@ -83,7 +83,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     };
     let context = PartContext { choice: &choice, inputs, environment };
     let source = GOALS.build(&context).map_err(ConfigError::from)?;
-    let goal = source.read_in(&folder.domain, GoalView { objects: &objects, facts: facts.as_ref() })?;
+    let goal =
+        source.read_in(&folder.domain, GoalView { objects: &objects, facts: facts.as_ref() })?;
     report(args, &goal)?;
     Ok(0)
 }
@@ -120,7 +121,7 @@ fn object(text: &str) -> Option<(Name, Name, Option<PixelBox>)> {
 }
 
 fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
-    let ParsedGoal { goal, phrases, expected, notes } = parsed;
+    let ParsedGoal { goal, phrases, expected, notes, said: _ } = parsed;
     if args.json {
         let phrase = |p: &Phrase| GoalPhrase { text: p.text.clone(), means: means(&p.means) };
         let object = |typed: &Typed| ExpectedObject {

@@ -70,6 +70,15 @@ pub enum GoalError {
 }
 
 impl GoalError {
+    /// Whether what is said of objects is not so in what is seen; another state may tell otherwise.
+    pub fn depends_on_facts(&self) -> bool {
+        let Self::Instruction { reason } = self else { return false };
+        matches!(
+            reason.reason,
+            Reason::NoneFits { .. } | Reason::CannotTell { .. } | Reason::Ambiguous { .. }
+        )
+    }
+
     /// Whether objects not seen yet are all that is missing, so that another look may help.
     pub fn may_resolve_later(&self) -> bool {
         match self {
@@ -248,12 +257,106 @@ pub enum Reason {
         /// The rule of the domain's language they break.
         because: String,
     },
+    /// What is said cannot be carried out as a goal.
+    #[error("\"{phrase}\" {kind}")]
+    Refused {
+        /// As it was written.
+        phrase: String,
+        /// Why not.
+        kind: Unsupported,
+    },
+    /// A place that no predicate of the domain says.
+    #[error("this domain cannot say \"{phrase}\"; it can say {}", can_say.join(", "))]
+    Inexpressible {
+        /// As it was written.
+        phrase: String,
+        /// Phrases for what can be said.
+        can_say: Vec<String>,
+    },
+    /// No object is as it is described.
+    #[error("no object fits \"{phrase}\"{}", as_head(head))]
+    NoneFits {
+        /// As it was written.
+        phrase: String,
+        /// What fits without the description.
+        head: Vec<Name>,
+    },
+    /// What is seen does not tell which object is meant.
+    #[error("nothing seen tells which object \"{phrase}\" is")]
+    CannotTell {
+        /// As it was written.
+        phrase: String,
+    },
+    /// A pronoun has nothing to stand for, or several things.
+    #[error("\"{phrase}\" has nothing to stand for: {expected}")]
+    NoAntecedent {
+        /// As it was written.
+        phrase: String,
+        /// What must stand before it.
+        expected: &'static str,
+    },
+    /// The instruction may mean two goals.
+    #[error("this may mean {first}, or {second}: say which")]
+    TwoReadings {
+        /// One goal, as PDDL.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// The instruction has more readings than are looked at.
+    #[error("this may mean more than {readings_max} things: say it in shorter sentences")]
+    TooManyReadings {
+        /// The limit.
+        readings_max: usize,
+    },
+    /// A sentence is too long.
+    #[error("expected at most {phrases_max} phrases in a sentence, got {phrases}")]
+    LongSentence {
+        /// Its length.
+        phrases: usize,
+        /// The limit.
+        phrases_max: usize,
+    },
+    /// A heading counts other than what is described.
+    #[error("\"{phrase}\" is said, {described} described")]
+    WrongCount {
+        /// As it was written.
+        phrase: String,
+        /// How many there are.
+        described: usize,
+    },
+    /// A statement of what is stands among wishes.
+    #[error("\"{phrase}\" says what is, among what is wished for: say \"should be\"")]
+    StateAmongWishes {
+        /// As it was written.
+        phrase: String,
+    },
     /// A chain of statements returns to where it started.
     #[error("the statements go in a circle: {circle}")]
     Circle {
         /// The objects, first one repeated at the end.
         circle: String,
     },
+}
+
+/// What a goal cannot hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum Unsupported {
+    /// "don't".
+    #[error("denies or forbids: a goal says what holds in the end, such as \"must not be\"")]
+    Negation,
+    /// "or".
+    #[error("leaves a choice: say which")]
+    Alternative,
+    /// "is … ?".
+    #[error("asks: a goal is a wish, no question")]
+    Question,
+    /// "if".
+    #[error("sets a condition: a goal holds whatever was before")]
+    Condition,
+    /// "some".
+    #[error("does not say which objects are meant: name them")]
+    Vague,
 }
 
 impl Misunderstood {
@@ -303,6 +406,13 @@ fn did_you_mean(close: &[String]) -> String {
 
 fn quoted(words: &[String], between: &str) -> String {
     words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(between)
+}
+
+fn as_head(names: &[Name]) -> String {
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(": {} is not so", list(names))
 }
 
 fn list(names: &[Name]) -> String {

@@ -117,7 +117,7 @@ impl GoalSource for GoalImage {
         let notes = unknown.map(|atom| format!("{atom} cannot be told in the goal image"));
         let notes = notes.collect();
         let goal = Condition::And(atoms.into_iter().map(condition).collect());
-        Ok(ParsedGoal { goal, phrases: Vec::new(), expected, notes })
+        Ok(ParsedGoal { goal, phrases: Vec::new(), expected, notes, said: Vec::new() })
     }
 }
 

@@ -4,6 +4,7 @@
 //! fits is taken. Every word that no phrase covers is an error, so nothing is misread in silence.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,9 +12,9 @@ use serde::Deserialize;
 use super::GoalError;
 use crate::mismatch::Mismatch;
 use crate::pddl::{Atom, Domain, Name};
-use crate::settings::{SettingsProblem, TomlFile, near_hint};
+use crate::settings::{SettingsProblem, TomlFile, joined, near_hint};
 
-/// The words of one domain.
+/// The words of one domain; those that all domains share are those of [`english`].
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Language {
@@ -22,34 +23,136 @@ pub struct Language {
     /// Words left out wherever they stand, also inside phrases ("the").
     #[serde(default)]
     pub articles: Vec<String>,
-    /// Phrases that say nothing about the goal ("please", "build").
+    /// Phrases that change nothing about the goal ("please").
     #[serde(default)]
     pub fillers: Vec<String>,
-    /// Phrases between statements and between objects of a list, beside `,` `;` and `.` ("and").
+    /// Phrases before a statement that is wished for ("make sure that").
+    #[serde(default)]
+    pub openers: Vec<String>,
+    /// The same, where a question mark may follow ("can you").
+    #[serde(default)]
+    pub requests: Vec<String>,
+    /// Verbs that bring something to the one place that is said ("put").
+    #[serde(default)]
+    pub places: Vec<String>,
+    /// Verbs that take something up and say nothing about where it ends ("take").
+    #[serde(default)]
+    pub takes: Vec<String>,
+    /// Verbs that make a group, whose relations follow ("build").
+    #[serde(default)]
+    pub builds: Vec<String>,
+    /// Verbs for a state that is to hold ("keep").
+    #[serde(default)]
+    pub keeps: Vec<String>,
+    /// Phrases between an object and what is wished of it ("should be").
+    #[serde(default)]
+    pub copulas: Vec<String>,
+    /// Phrases between an object and what is said of it as it is ("is").
+    #[serde(default)]
+    pub states: Vec<String>,
+    /// Phrases between an object and what is not to hold of it ("must not be").
+    #[serde(default)]
+    pub denials: Vec<String>,
+    /// Words between an object and the place that describes it ("standing").
+    #[serde(default)]
+    pub participles: Vec<String>,
+    /// Words before a description of an object ("that").
+    #[serde(default)]
+    pub relatives: Vec<String>,
+    /// Phrases between statements and between objects of a list, beside the comma ("and").
     #[serde(default)]
     pub separators: Vec<String>,
+    /// Phrases between statements, beside `;` and `.` ("then").
+    #[serde(default)]
+    pub sequels: Vec<String>,
     /// Phrases that end a heading, beside `:` ("with" in "a tower with red on blue").
     #[serde(default)]
     pub heading_ends: Vec<String>,
     /// Phrases for every object of a type ("all", "each").
     #[serde(default)]
     pub all: Vec<String>,
-    /// Phrases for the object named last ("it").
+    /// Phrases for the objects that a list after a colon names ("these").
+    #[serde(default)]
+    pub listed: Vec<String>,
+    /// Phrases for the object that was moved last ("it").
     #[serde(default)]
     pub pronouns: Vec<String>,
+    /// Phrases for the objects that were moved last ("them").
+    #[serde(default)]
+    pub plural_pronouns: Vec<String>,
+    /// Phrases before objects that are left out ("except").
+    #[serde(default)]
+    pub exceptions: Vec<String>,
+    /// Phrases for all objects that have not been named ("the rest").
+    #[serde(default)]
+    pub rest: Vec<String>,
+    /// The same before a noun ("the other").
+    #[serde(default)]
+    pub others: Vec<String>,
     /// Phrases before the place something comes from; the place is no part of the goal ("from").
     #[serde(default)]
     pub sources: Vec<String>,
+    /// Words that lead to a place: a phrase that has one describes no object ("onto").
+    #[serde(default)]
+    pub directions: Vec<String>,
     /// Number words, from one upwards; digits are always understood.
     #[serde(default)]
     pub numbers: Vec<String>,
+    /// Words for places in a row, from the first one upwards.
+    #[serde(default)]
+    pub ordinals: Vec<String>,
+    /// Words for the last place in a row.
+    #[serde(default)]
+    pub last: Vec<String>,
+    /// Phrases after a noun: places are counted from the left.
+    #[serde(default)]
+    pub from_left: Vec<String>,
+    /// Phrases after a noun: places are counted from the right.
+    #[serde(default)]
+    pub from_right: Vec<String>,
+    /// Whether "the first" counts from the left where no side is said.
+    #[serde(default)]
+    pub counts_from_left: bool,
+    /// Verbs for two objects that change places ("swap").
+    #[serde(default)]
+    pub swaps: Vec<String>,
+    /// Words between the two, beside `separators` ("with").
+    #[serde(default)]
+    pub swapped_with: Vec<String>,
+    /// Phrases that deny or forbid, which the grammar refuses ("don't").
+    #[serde(default)]
+    pub negations: Vec<String>,
+    /// Phrases that leave a choice, which the grammar refuses ("or").
+    #[serde(default)]
+    pub alternatives: Vec<String>,
+    /// Phrases that ask, which the grammar refuses ("where").
+    #[serde(default)]
+    pub questions: Vec<String>,
+    /// Phrases that set a condition, which the grammar refuses ("if").
+    #[serde(default)]
+    pub conditions: Vec<String>,
+    /// Phrases that do not say which objects are meant, which the grammar refuses ("some").
+    #[serde(default)]
+    pub vague: Vec<String>,
+    /// Phrases for what is left of an object; they describe, and are no goal ("left of").
+    #[serde(default)]
+    pub left_of: Vec<String>,
+    /// Phrases for what is right of an object; they describe, and are no goal ("right of").
+    #[serde(default)]
+    pub right_of: Vec<String>,
+    /// Phrases for places that no predicate of the domain says ("next to").
+    #[serde(default)]
+    pub inexpressible: Vec<String>,
+    /// Further words for colours, where the domain has them.
+    #[serde(default)]
+    pub colour_words: BTreeMap<Name, Vec<String>>,
     /// Predicates whose atoms may not form a circle.
     #[serde(default)]
     pub acyclic: Vec<Name>,
     /// Colour names with further words for each.
     #[serde(default)]
     pub colours: BTreeMap<Name, Vec<String>>,
-    /// Words for groups that are counted ("two stacks"), for a remark only.
+    /// Words for groups that are counted ("two stacks"); a wrong count is refused.
     pub stacks: Option<Stacks>,
     /// Words for the types of objects.
     #[serde(default, rename = "noun")]
@@ -236,6 +339,18 @@ impl TryFrom<String> for Pattern {
 
 fn one() -> usize {
     1
+}
+
+/// The words that all domains share.
+///
+/// # Errors
+/// [`GoalError::Language`] when `domains/english.toml` is wrong.
+pub fn english() -> Result<&'static Language, GoalError> {
+    static ENGLISH: LazyLock<Result<Language, String>> = LazyLock::new(|| {
+        let text = include_str!("../../domains/english.toml");
+        Language::from_toml("domains/english.toml", text).map_err(|problems| joined(&problems))
+    });
+    ENGLISH.as_ref().map_err(|message| misfit(message.clone()))
 }
 
 impl Language {

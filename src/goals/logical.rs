@@ -47,7 +47,7 @@ pub fn parse(
     let expected = unseen(&source.text, domain, &known);
     known.extend(expected.iter().cloned());
     let goal = parse_goal(source, domain, &known)?;
-    Ok(ParsedGoal { goal, phrases: Vec::new(), expected, notes: Vec::new() })
+    Ok(ParsedGoal { goal, phrases: Vec::new(), expected, notes: Vec::new(), said: Vec::new() })
 }
 
 /// The names at argument places of the domain's predicates that no object has, in order of mention.

@@ -14,8 +14,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-pub use error::{GoalError, Misunderstood, Reason};
-pub use language::Language;
+pub use error::{GoalError, Misunderstood, Reason, Unsupported};
+pub use language::{Language, english};
 pub use repair::{Conflict, Repaired, repaired};
 
 use crate::geometry::PixelBox;
@@ -104,6 +104,8 @@ pub struct ParsedGoal {
     pub expected: Vec<Typed>,
     /// Remarks for people: what was assumed or ignored.
     pub notes: Vec<String>,
+    /// The goal told back in the domain's words, one clause each; none where the source has no words.
+    pub said: Vec<String>,
 }
 
 /// What a goal is read against: descriptions such as "the block on the red one" are looked up here.

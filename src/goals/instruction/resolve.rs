@@ -1,103 +1,243 @@
-//! Statements to atoms: which predicate, which objects.
+//! Clauses to atoms: which predicate, which objects.
 
-use super::super::language::{Pick, Relation, Sequence};
-use super::super::{GoalObject, Language, ParsedGoal, Phrase, Reason, Referent};
-use super::contradictions::{GroundAtom, groups};
-use super::grammar::{Parsed, Spec, Statement};
-use super::positions::{self, Keyed, Miss};
-use super::{Fault, Span, vocabulary};
-use crate::pddl::{Atom, Condition, Domain, Literal, Name, Term, Typed};
+use std::collections::BTreeSet;
 
-/// Most ground atoms that are looked at for contradictions.
-const GROUND_ATOMS_MAX: usize = 2000;
-
-/// An argument of a claim.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Arg {
-    One(Name),
-    Every(Name),
-}
-
-/// One atom of the goal, possibly over every object of a type.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Claim {
-    predicate: Name,
-    args: Vec<Arg>,
-    span: Span,
-}
-
-/// Collects the goal's atoms while it resolves statement after statement.
-#[derive(Debug)]
-pub(super) struct Resolver<'a> {
-    text: &'a str,
-    domain: &'a Domain,
-    language: &'a Language,
-    objects: &'a [GoalObject],
-    claims: Vec<Claim>,
-    phrases: Vec<Phrase>,
-    expected: Vec<Typed>,
-    notes: Vec<String>,
-}
+use super::super::language::{Relation, Sequence};
+use super::super::{GoalView, Language, Phrase, Reason, Referent};
+use super::claims::{Arg, Claim};
+use super::syntax::{Clause, ClauseKind, Head, Link, Mood, NounPhrase, Trait};
+use super::vocabulary::Vocabulary;
+use super::{Fault, Span};
+use crate::pddl::{Domain, Name, Typed};
 
 /// A type an object's words may stand for, with its noun where there is one.
 #[derive(Debug, Clone)]
-struct Candidate {
+pub(super) struct Candidate {
+    pub(super) type_name: Name,
+    pub(super) noun_idx: Option<usize>,
+}
+
+/// What a pronoun may stand for.
+#[derive(Debug, Clone)]
+pub(super) struct Antecedent {
+    pub(super) means: Referent,
     type_name: Name,
-    noun_idx: Option<usize>,
+}
+
+/// Whether an object is moved, or is what another one is moved to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Theme,
+    Landmark,
+}
+
+/// Collects the goal's atoms while it resolves clause after clause.
+#[derive(Debug)]
+pub(super) struct Resolver<'a> {
+    pub(super) text: &'a str,
+    pub(super) domain: &'a Domain,
+    pub(super) language: &'a Language,
+    pub(super) vocabulary: &'a Vocabulary,
+    pub(super) view: GoalView<'a>,
+    pub(super) claims: Vec<Claim>,
+    pub(super) phrases: Vec<Phrase>,
+    pub(super) expected: Vec<Typed>,
+    pub(super) notes: Vec<String>,
+    /// The objects that were moved last, and the one that they were moved to.
+    pub(super) moved: Vec<Antecedent>,
+    pub(super) landmark: Option<Antecedent>,
+    /// Every object that has been named.
+    pub(super) mentioned: BTreeSet<Name>,
+    /// Whether "on it" means the object that something was moved to; and whether that was a choice.
+    pub(super) it_is_landmark: bool,
+    pub(super) has_choice: bool,
+    /// What has been taken up and not put anywhere.
+    taken: Option<Span>,
+    /// The last object of the newest chain.
+    tail: Option<NounPhrase>,
 }
 
 impl<'a> Resolver<'a> {
     pub(super) fn new(
         text: &'a str,
-        domain: &'a Domain,
-        language: &'a Language,
-        objects: &'a [GoalObject],
+        (domain, language): (&'a Domain, &'a Language),
+        vocabulary: &'a Vocabulary,
+        view: GoalView<'a>,
+        it_is_landmark: bool,
     ) -> Self {
         let (claims, phrases, expected, notes) = Default::default();
-        Self { text, domain, language, objects, claims, phrases, expected, notes }
+        let (moved, landmark, mentioned) = Default::default();
+        let (has_choice, taken, tail) = Default::default();
+        Self {
+            text,
+            domain,
+            language,
+            vocabulary,
+            view,
+            claims,
+            phrases,
+            expected,
+            notes,
+            moved,
+            landmark,
+            mentioned,
+            it_is_landmark,
+            has_choice,
+            taken,
+            tail,
+        }
     }
 
-    /// Adds one statement's atoms.
-    pub(super) fn state(&mut self, statement: &Statement) -> Result<(), Fault> {
-        match statement {
-            Statement::Relation { relation_idxs, word, left, right } => {
-                let relations: Vec<Relation> = relation_idxs
-                    .iter()
-                    .filter_map(|idx| self.language.relations.get(*idx).cloned())
-                    .collect();
-                for object in left {
-                    self.relate(&relations, word, object, right)?;
-                }
-                Ok(())
+    /// Adds what a row of clauses asks for.
+    pub(super) fn read(&mut self, clauses: &[Clause]) -> Result<(), Fault> {
+        for clause in clauses {
+            if let Some(taken) = self.taken.take_if(|_| !speaks_of_it(clause)) {
+                return Err(self.nothing_said(&taken));
             }
-            Statement::Property { property_idx, word, object } => {
-                self.attribute(*property_idx, word, object)
-            }
-            Statement::Chain { sequence_idx, word, objects } => {
-                let Some(Sequence { phrases, predicate, swap }) =
-                    self.language.sequences.get(*sequence_idx).cloned()
-                else {
-                    return Ok(());
-                };
-                let relation = [Relation { phrases, predicate, swap }];
-                for pair in objects.windows(2) {
-                    if let [left, right] = pair {
-                        self.relate(&relation, word, left, right)?;
-                    }
-                }
-                Ok(())
+            self.clause(clause)?;
+            if !matches!(clause.kind, ClauseKind::Take { .. }) {
+                self.taken = None;
             }
         }
+        match self.taken.take() {
+            Some(taken) => Err(self.nothing_said(&taken)),
+            None => Ok(()),
+        }
+    }
+
+    fn nothing_said(&self, span: &Span) -> Fault {
+        let reason = Reason::NothingSaid { phrase: self.words(span) };
+        Fault { span: span.clone(), reason }
+    }
+
+    fn clause(&mut self, clause: &Clause) -> Result<(), Fault> {
+        let is_denied = clause.mood == Mood::Denial;
+        match &clause.kind {
+            ClauseKind::Heading { .. } => Ok(()),
+            ClauseKind::Place { themes, links, ends } => {
+                self.place(themes, links, ends.as_ref(), is_denied)
+            }
+            ClauseKind::GoesOn { links, ends } => {
+                let Some(tail) = self.tail.clone() else {
+                    let word = links.first().map_or(clause.span.clone(), |link| link.word.clone());
+                    let reason = Reason::NoObject { side: "before", word: self.words(&word) };
+                    return Err(Fault { span: word, reason });
+                };
+                self.place(&[tail], links, ends.as_ref(), is_denied)
+            }
+            ClauseKind::Has { themes, what } => self.has(themes, what, is_denied),
+            ClauseKind::Chain { sequence_idx, word, objects } => {
+                self.chain(*sequence_idx, word, objects)
+            }
+            ClauseKind::Take { themes } => {
+                self.moved =
+                    themes.iter().map(|theme| self.picked_up(theme)).collect::<Result<_, _>>()?;
+                self.landmark = None;
+                self.taken = themes.first().map(|theme| theme.span.clone());
+                Ok(())
+            }
+            ClauseKind::Swap { both } => self.swap(both, &clause.span),
+        }
+    }
+
+    /// The object of "take": its words alone say of which type it is.
+    fn picked_up(&mut self, theme: &NounPhrase) -> Result<Antecedent, Fault> {
+        let candidates = self.candidates(theme, Role::Theme)?;
+        let mut fault = None;
+        for candidate in &candidates {
+            match self.resolve(theme, Role::Theme, candidate) {
+                Ok(means) => {
+                    return Ok(Antecedent { means, type_name: candidate.type_name.clone() });
+                }
+                Err(error) => _ = fault.get_or_insert(error),
+            }
+        }
+        Err(fault.unwrap_or_else(|| self.nothing_said(&theme.span)))
+    }
+
+    fn place(
+        &mut self,
+        themes: &[NounPhrase],
+        links: &[Link],
+        ends: Option<&Trait>,
+        is_denied: bool,
+    ) -> Result<(), Fault> {
+        let Some((first, more)) = links.split_first() else { return Ok(()) };
+        let (mut moved, mut landmark) = (Vec::new(), None);
+        for theme in themes {
+            let (left, right) = self.relate(theme, first, Role::Theme, is_denied)?;
+            moved.push(left);
+            landmark = Some(right);
+        }
+        for (before, link) in links.iter().zip(more) {
+            self.relate(&before.landmark, link, Role::Landmark, is_denied)?;
+            landmark = None;
+        }
+        let last = links.last().unwrap_or(first);
+        if let Some(what) = ends {
+            self.attribute(&last.landmark, what, Role::Landmark, is_denied)?;
+        }
+        self.tail = Some(last.landmark.clone());
+        self.moved = moved;
+        let is_one = |found: &Antecedent| matches!(found.means, Referent::Object(_));
+        self.landmark = landmark.filter(is_one);
+        Ok(())
+    }
+
+    fn has(&mut self, themes: &[NounPhrase], what: &Trait, is_denied: bool) -> Result<(), Fault> {
+        let mut moved = Vec::new();
+        for theme in themes {
+            moved.push(self.attribute(theme, what, Role::Theme, is_denied)?);
+        }
+        self.moved = moved;
+        self.landmark = None;
+        self.tail = None;
+        Ok(())
+    }
+
+    fn chain(&mut self, idx: usize, word: &Span, objects: &[NounPhrase]) -> Result<(), Fault> {
+        let Some(Sequence { phrases, predicate, swap }) = self.language.sequences.get(idx).cloned()
+        else {
+            return Ok(());
+        };
+        let relation = [Relation { phrases, predicate, swap }];
+        if let [only] = objects {
+            return Err(self.nothing_said(&only.span));
+        }
+        for pair in objects.windows(2) {
+            if let [left, right] = pair {
+                self.relate_by(&relation, word, (left, Role::Theme), right, false)?;
+            }
+        }
+        self.moved = Vec::new();
+        self.landmark = None;
+        self.tail = None;
+        Ok(())
     }
 
     fn relate(
         &mut self,
+        theme: &NounPhrase,
+        link: &Link,
+        role: Role,
+        is_denied: bool,
+    ) -> Result<(Antecedent, Antecedent), Fault> {
+        let relations = link.relation_idxs.iter();
+        let relations: Vec<Relation> =
+            relations.filter_map(|idx| self.language.relations.get(*idx).cloned()).collect();
+        self.relate_by(&relations, &link.word, (theme, role), &link.landmark, is_denied)
+    }
+
+    fn relate_by(
+        &mut self,
         relations: &[Relation],
         word: &Span,
-        left: &Spec,
-        right: &Spec,
-    ) -> Result<(), Fault> {
-        let (lefts, rights) = (self.candidates(left), self.candidates(right));
+        (left, role): (&NounPhrase, Role),
+        right: &NounPhrase,
+        is_denied: bool,
+    ) -> Result<(Antecedent, Antecedent), Fault> {
+        let lefts = self.candidates(left, role)?;
+        let rights = self.candidates(right, Role::Landmark)?;
         let readings = relations.iter().flat_map(|relation| {
             let pairs = lefts.iter().flat_map(|l| rights.iter().map(move |r| (l, r)));
             pairs.map(move |(l, r)| (relation, l, r))
@@ -105,18 +245,21 @@ impl<'a> Resolver<'a> {
         let fitting = readings
             .into_iter()
             .find(|(relation, l, r)| self.fits(&relation.predicate, &in_order(relation, *l, *r)));
+        let span = left.span.start.min(word.start).min(right.span.start)
+            ..right.span.end.max(word.end).max(left.span.end);
         if let Some((relation, l, r)) = fitting {
-            let said = [self.resolve(left, l)?, self.resolve(right, r)?];
+            let said = [self.resolve(left, role, l)?, self.resolve(right, Role::Landmark, r)?];
             let args = in_order(relation, &said[0], &said[1]);
-            let start = left.span.start.min(right.span.start).min(word.start);
-            let end = left.span.end.max(right.span.end).max(word.end);
-            self.claim(&relation.predicate, &args, &(start..end));
-            return Ok(());
+            self.claim(&relation.predicate, &args, &span, is_denied);
+            let [first, second] = said;
+            let antecedent =
+                |means, of: &Candidate| Antecedent { means, type_name: of.type_name.clone() };
+            return Ok((antecedent(first, l), antecedent(second, r)));
         }
         let wanted =
             relations.iter().map(|relation| self.signature(&relation.predicate, relation.swap));
         Err(Fault {
-            span: left.span.start.min(word.start)..right.span.end.max(word.end),
+            span,
             reason: Reason::WrongTypes {
                 word: self.text[word.clone()].to_owned(),
                 given: format!("{} and {}", types_of(&lefts), types_of(&rights)),
@@ -125,45 +268,121 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    fn attribute(&mut self, idx: usize, word: &Span, object: &Spec) -> Result<(), Fault> {
-        let Some(property) = self.language.properties.get(idx).cloned() else { return Ok(()) };
-        let candidates = self.candidates(object);
+    fn attribute(
+        &mut self,
+        object: &NounPhrase,
+        Trait { property_idx, word }: &Trait,
+        role: Role,
+        is_denied: bool,
+    ) -> Result<Antecedent, Fault> {
+        let candidates = self.candidates(object, role)?;
+        let predicate = self.language.properties.get(*property_idx).map(|p| p.predicate.clone());
+        let predicate = predicate.unwrap_or_else(|| Name::new(""));
         let span = object.span.start.min(word.start)..object.span.end.max(word.end);
-        let fitting = candidates.iter().find(|c| self.fits(&property.predicate, &[*c]));
+        let fitting = candidates.iter().find(|c| self.fits(&predicate, &[*c]));
         if let Some(candidate) = fitting {
-            let said = self.resolve(object, candidate)?;
-            self.claim(&property.predicate, &[&said], &span);
-            return Ok(());
+            let means = self.resolve(object, role, candidate)?;
+            self.claim(&predicate, &[&means], &span, is_denied);
+            return Ok(Antecedent { means, type_name: candidate.type_name.clone() });
         }
         let reason = Reason::WrongTypes {
             word: self.text[word.clone()].to_owned(),
             given: types_of(&candidates),
-            wanted: self.signature(&property.predicate, false),
+            wanted: self.signature(&predicate, false),
         };
         Err(Fault { span, reason })
     }
 
-    /// The types that an object's words allow.
-    fn candidates(&self, spec: &Spec) -> Vec<Candidate> {
-        if let Some(name) = &spec.named {
-            let object = self.objects.iter().find(|object| object.name == *name);
-            let candidate =
-                |o: &GoalObject| Candidate { type_name: o.type_name.clone(), noun_idx: None };
-            return object.map(candidate).into_iter().collect();
+    /// "swap red and blue": what is seen of each is wished of the other.
+    fn swap(&mut self, both: &[NounPhrase; 2], span: &Span) -> Result<(), Fault> {
+        let [first, second] = both;
+        let (first, second) = (self.picked_up(first)?, self.picked_up(second)?);
+        let (Referent::Object(a), Referent::Object(b)) = (&first.means, &second.means) else {
+            return Err(self.nothing_said(span));
+        };
+        let Some(facts) = self.view.facts else {
+            let reason = Reason::CannotTell { phrase: self.words(span) };
+            return Err(Fault { span: span.clone(), reason });
+        };
+        let places = self.places();
+        let other = |name: &Name| match name {
+            name if name == a => Referent::Object(b.clone()),
+            name if name == b => Referent::Object(a.clone()),
+            name => Referent::Object(name.clone()),
+        };
+        let about = |args: &[Name]| args.contains(a) || args.contains(b);
+        let told: Vec<_> = facts
+            .known
+            .iter()
+            .filter(|f| places.contains(&f.predicate) && about(&f.args))
+            .collect();
+        if told.is_empty()
+            || facts.unknown.iter().any(|f| places.contains(&f.predicate) && about(&f.args))
+        {
+            let reason = Reason::CannotTell { phrase: self.words(span) };
+            return Err(Fault { span: span.clone(), reason });
         }
+        for fact in told {
+            let args: Vec<Referent> = fact.args.iter().map(other).collect();
+            self.claim(&fact.predicate, &args.iter().collect::<Vec<_>>(), span, false);
+        }
+        self.moved = Vec::new();
+        self.landmark = None;
+        Ok(())
+    }
+
+    /// Predicates that say where something is: relations, and properties that exclude one.
+    fn places(&self) -> BTreeSet<Name> {
+        let relations: BTreeSet<Name> =
+            self.language.relations.iter().map(|relation| relation.predicate.clone()).collect();
+        let properties = self.language.properties.iter().map(|property| &property.predicate);
+        let excludes = |property: &&Name| {
+            self.language.mutex_rules.iter().any(|rule| {
+                let named = rule.both.each_ref().map(|pattern| &pattern.predicate);
+                named.contains(property) && named.iter().any(|name| relations.contains(*name))
+            })
+        };
+        let excluding: Vec<Name> = properties.filter(excludes).cloned().collect();
+        relations.into_iter().chain(excluding).collect()
+    }
+
+    /// The types that an object's words allow.
+    pub(super) fn candidates(
+        &mut self,
+        object: &NounPhrase,
+        role: Role,
+    ) -> Result<Vec<Candidate>, Fault> {
+        let typed = |type_name: &Name| Candidate { type_name: type_name.clone(), noun_idx: None };
+        let thing = match &object.head {
+            Head::It => return Ok(vec![typed(&self.antecedent(object, role)?.type_name)]),
+            Head::They | Head::Rest => {
+                return Ok(self
+                    .moved
+                    .first()
+                    .map(|found| typed(&found.type_name))
+                    .into_iter()
+                    .collect());
+            }
+            Head::Listed => return Ok(Vec::new()),
+            Head::Named(name) => {
+                let object = self.view.objects.iter().find(|object| object.name == *name);
+                return Ok(object.map(|object| typed(&object.type_name)).into_iter().collect());
+            }
+            Head::Thing(thing) => thing,
+        };
         let nouns = self.language.nouns.iter().enumerate();
-        nouns
-            .filter(|(idx, noun)| match (spec.noun_idx, &spec.colour) {
+        Ok(nouns
+            .filter(|(idx, noun)| match (thing.noun_idx, &thing.colour) {
                 (Some(said), _) => said == *idx,
                 // A colour alone means a type whose objects are told apart by colour.
                 (None, Some(_)) => noun.name.as_ref().is_some_and(|n| n.contains("{colour}")),
                 (None, None) => true,
             })
             .map(|(idx, noun)| Candidate { type_name: noun.type_name.clone(), noun_idx: Some(idx) })
-            .collect()
+            .collect())
     }
 
-    fn fits(&self, predicate: &Name, args: &[&Candidate]) -> bool {
+    pub(super) fn fits(&self, predicate: &Name, args: &[&Candidate]) -> bool {
         let Some(signature) = self.domain.predicate(predicate.as_str()) else { return false };
         signature.params.len() == args.len()
             && signature.params.iter().zip(args).all(|(param, arg)| {
@@ -190,154 +409,7 @@ impl<'a> Resolver<'a> {
         types.join(" and ")
     }
 
-    /// Finds what the words mean, given the type they stand for.
-    fn resolve(&mut self, spec: &Spec, candidate: &Candidate) -> Result<Referent, Fault> {
-        let means = self.referent(spec, candidate)?;
-        let is_new = self.phrases.iter().all(|phrase| phrase.span != spec.span);
-        if is_new {
-            let text = self.words(spec);
-            self.phrases.push(Phrase { text, span: spec.span.clone(), means: means.clone() });
-        }
-        Ok(means)
-    }
-
-    fn referent(&mut self, spec: &Spec, candidate: &Candidate) -> Result<Referent, Fault> {
-        if let Some(name) = &spec.named {
-            return Ok(Referent::Object(name.clone()));
-        }
-        let fitting = self.fitting(spec, candidate);
-        if spec.all || spec.many {
-            return self.several(spec, candidate, &fitting);
-        }
-        if spec.number.is_some_and(|number| number != 1) {
-            return Err(self.wrong_number(spec, fitting.len()));
-        }
-        if let Some(pick) = self.pick(spec) {
-            return self.picked(spec, candidate, pick, &fitting).map(Referent::Object);
-        }
-        match fitting.as_slice() {
-            [one] => Ok(Referent::Object(one.name.clone())),
-            [] => self.expect(spec, candidate).map(Referent::Object),
-            _ => Err(self.ambiguous(spec, &fitting)),
-        }
-    }
-
-    /// Seen objects of that type and colour.
-    fn fitting(&self, spec: &Spec, candidate: &Candidate) -> Vec<&'a GoalObject> {
-        let named = self.template_name(spec, candidate);
-        let fits = |object: &&GoalObject| {
-            self.domain.types.is_a(&object.type_name, &candidate.type_name)
-                && match &spec.colour {
-                    None => true,
-                    Some(_) if object.colour.is_some() => object.colour == spec.colour,
-                    Some(_) => named.as_ref() == Some(&object.name),
-                }
-        };
-        self.objects.iter().filter(fits).collect()
-    }
-
-    fn template_name(&self, spec: &Spec, candidate: &Candidate) -> Option<Name> {
-        let template = self.language.nouns.get(candidate.noun_idx?)?.name.as_ref()?;
-        let text = match &spec.colour {
-            Some(colour) => template.replace("{colour}", colour.as_str()),
-            None => template.clone(),
-        };
-        (!text.contains("{colour}"))
-            .then(|| Name::new(text.replace("{type}", candidate.type_name.as_str())))
-    }
-
-    /// "all disks", "the red disks", "three disks".
-    fn several(
-        &mut self,
-        spec: &Spec,
-        candidate: &Candidate,
-        fitting: &[&GoalObject],
-    ) -> Result<Referent, Fault> {
-        if spec.position_idx.is_some() {
-            let reason = Reason::OutOfPlace {
-                word: self.words(spec),
-                expected: "a position with a single object",
-            };
-            return Err(Fault { span: spec.span.clone(), reason });
-        }
-        if spec.number.is_some_and(|number| number != fitting.len()) {
-            return Err(self.wrong_number(spec, fitting.len()));
-        }
-        if spec.colour.is_none() {
-            return Ok(Referent::Every(candidate.type_name.clone()));
-        }
-        if fitting.is_empty() {
-            return Ok(Referent::Several(vec![self.expect(spec, candidate)?]));
-        }
-        Ok(Referent::Several(fitting.iter().map(|object| object.name.clone()).collect()))
-    }
-
-    /// An object that has not been seen but can be named.
-    fn expect(&mut self, spec: &Spec, candidate: &Candidate) -> Result<Name, Fault> {
-        let Some(name) = self.template_name(spec, candidate) else {
-            return Err(self.not_seen(spec, candidate, 0, 1));
-        };
-        if self.expected.iter().all(|typed| typed.name != name) {
-            self.expected.push(Typed::new(name.clone(), candidate.type_name.clone()));
-        }
-        Ok(name)
-    }
-
-    fn pick(&self, spec: &Spec) -> Option<Pick> {
-        let position = spec.position_idx.and_then(|idx| self.language.positions.get(idx));
-        position.map(|position| position.pick).or(spec.ordinal.map(Pick::FromLeft))
-    }
-
-    /// The object that a position singles out by the boxes, or by the names where there are no
-    /// boxes: `right_peg` is the right one.
-    fn picked(
-        &self,
-        spec: &Spec,
-        candidate: &Candidate,
-        pick: Pick,
-        fitting: &[&GoalObject],
-    ) -> Result<Name, Fault> {
-        let noun = candidate.noun_idx.and_then(|idx| self.language.nouns.get(idx));
-        let seen_min = match &spec.colour {
-            None => noun.map_or(1, |noun| noun.seen_min),
-            Some(_) => 1,
-        };
-        if fitting.len() < seen_min {
-            return Err(self.not_seen(spec, candidate, fitting.len(), seen_min));
-        }
-        let keyed: Option<Vec<Keyed<'_>>> =
-            fitting.iter().map(|object| Keyed::new(object, pick)).collect();
-        let Some(mut keyed) = keyed else {
-            let n_boxes = fitting.iter().filter(|object| object.pixel_box.is_some()).count();
-            return self
-                .named_by_position(spec, candidate, fitting)
-                .ok_or_else(|| self.not_seen(spec, candidate, n_boxes, fitting.len()));
-        };
-        positions::choose(&mut keyed, pick).map_err(|miss| match miss {
-            Miss::NoSuchPlace => self.wrong_number(spec, fitting.len()),
-            Miss::Equal(candidates) => Fault {
-                span: spec.span.clone(),
-                reason: Reason::Ambiguous { phrase: self.words(spec), candidates },
-            },
-        })
-    }
-
-    fn named_by_position(
-        &self,
-        spec: &Spec,
-        candidate: &Candidate,
-        fitting: &[&GoalObject],
-    ) -> Option<Name> {
-        let position = self.language.positions.get(spec.position_idx?)?;
-        let type_words = vocabulary::split(candidate.type_name.as_str());
-        let names = position.before.iter().map(|phrase| {
-            let words = [vocabulary::split(phrase), type_words.clone()].concat();
-            Name::new(words.join("_"))
-        });
-        names.into_iter().find(|name| fitting.iter().any(|object| object.name == *name))
-    }
-
-    fn claim(&mut self, predicate: &Name, said: &[&Referent], span: &Span) {
+    fn claim(&mut self, predicate: &Name, said: &[&Referent], span: &Span, is_denied: bool) {
         let mut rows: Vec<Vec<Arg>> = vec![Vec::new()];
         for referent in said {
             let choices: Vec<Arg> = match referent {
@@ -353,126 +425,27 @@ impl<'a> Resolver<'a> {
                 .collect();
         }
         for args in rows {
-            let claim = Claim { predicate: predicate.clone(), args, span: span.clone() };
-            let is_new = self
-                .claims
-                .iter()
-                .all(|other| (&other.predicate, &other.args) != (&claim.predicate, &claim.args));
-            if is_new {
+            let (predicate, span) = (predicate.clone(), span.clone());
+            let claim = Claim { predicate, args, is_denied, span };
+            if !self.claims.iter().any(|other| other.says_same(&claim)) {
                 self.claims.push(claim);
             }
         }
     }
-
-    /// The goal's atoms over the objects known so far, each with its place in the text.
-    pub(super) fn ground_atoms(&self) -> Vec<GroundAtom> {
-        let mut found = Vec::new();
-        for claim in &self.claims {
-            let mut rows: Vec<Vec<Name>> = vec![Vec::new()];
-            for arg in &claim.args {
-                let choices: Vec<Name> = match arg {
-                    Arg::One(name) => vec![name.clone()],
-                    Arg::Every(type_name) => self.of_type(type_name),
-                };
-                rows = rows
-                    .iter()
-                    .flat_map(|row| {
-                        choices.iter().map(|c| [row.as_slice(), std::slice::from_ref(c)].concat())
-                    })
-                    .take(GROUND_ATOMS_MAX)
-                    .collect();
-            }
-            let atoms = rows.into_iter().map(|args| GroundAtom {
-                atom: Atom { predicate: claim.predicate.clone(), args },
-                span: claim.span.clone(),
-            });
-            found.extend(atoms);
-        }
-        found.truncate(GROUND_ATOMS_MAX);
-        found
-    }
-
-    fn of_type(&self, type_name: &Name) -> Vec<Name> {
-        let types = &self.domain.types;
-        let seen = self.objects.iter().filter(|o| types.is_a(&o.type_name, type_name));
-        let expected = self
-            .expected
-            .iter()
-            .filter(|typed| types.fits(&typed.types, std::slice::from_ref(type_name)));
-        seen.map(|o| o.name.clone()).chain(expected.map(|typed| typed.name.clone())).collect()
-    }
-
-    /// Remarks when a heading's number of stacks is not what the statements describe.
-    pub(super) fn note_stacks(&mut self, atoms: &[GroundAtom], parsed: &Parsed) {
-        let (Some(stacks), Some((number, span))) = (&self.language.stacks, &parsed.n_stacks) else {
-            return;
-        };
-        let n_groups = groups(atoms, &stacks.predicate);
-        if n_groups != *number {
-            let words = &self.text[span.clone()];
-            self.notes.push(format!("\"{words}\" is said, {n_groups} described"));
-        }
-    }
-
-    /// The finished goal.
-    pub(super) fn finish(mut self, sources: &[Span]) -> ParsedGoal {
-        for span in sources {
-            let words = &self.text[span.clone()];
-            self.notes.push(format!("\"{words}\" is no part of the goal"));
-        }
-        let mut conditions: Vec<Condition> = self.claims.iter().map(Claim::condition).collect();
-        let goal = match conditions.len() {
-            1 => conditions.remove(0),
-            _ => Condition::And(conditions),
-        };
-        self.phrases.sort_by_key(|phrase| phrase.span.start);
-        ParsedGoal { goal, phrases: self.phrases, expected: self.expected, notes: self.notes }
-    }
-
-    fn words(&self, spec: &Spec) -> String {
-        self.text[spec.span.clone()].to_owned()
-    }
-
-    fn ambiguous(&self, spec: &Spec, fitting: &[&GoalObject]) -> Fault {
-        let mut candidates: Vec<Name> = fitting.iter().map(|object| object.name.clone()).collect();
-        candidates.sort();
-        let reason = Reason::Ambiguous { phrase: self.words(spec), candidates };
-        Fault { span: spec.span.clone(), reason }
-    }
-
-    fn wrong_number(&self, spec: &Spec, seen: usize) -> Fault {
-        let reason = Reason::WrongNumber { phrase: self.words(spec), seen };
-        Fault { span: spec.span.clone(), reason }
-    }
-
-    fn not_seen(&self, spec: &Spec, candidate: &Candidate, seen: usize, wanted: usize) -> Fault {
-        let reason = Reason::NotSeen {
-            phrase: self.words(spec),
-            type_name: candidate.type_name.clone(),
-            seen,
-            wanted,
-        };
-        Fault { span: spec.span.clone(), reason }
-    }
 }
 
-impl Claim {
-    fn condition(&self) -> Condition {
-        let mut variables: Vec<Typed> = Vec::new();
-        let args = self
-            .args
-            .iter()
-            .zip(["x", "y"])
-            .map(|(arg, variable)| match arg {
-                Arg::One(name) => Term::Object(name.clone()),
-                Arg::Every(type_name) => {
-                    variables.push(Typed::new(variable, type_name.clone()));
-                    Term::Var(variable.into())
-                }
-            })
-            .collect();
-        let atom = Condition::Atom(Literal { predicate: self.predicate.clone(), args });
-        if variables.is_empty() { atom } else { Condition::Forall(variables, Box::new(atom)) }
+/// Whether a clause has a pronoun, so that what was taken up before is meant.
+fn speaks_of_it(clause: &Clause) -> bool {
+    let is_it = |object: &NounPhrase| matches!(object.head, Head::It | Head::They);
+    match &clause.kind {
+        ClauseKind::Place { themes, links, .. } => {
+            themes.iter().any(is_it) || links.iter().any(|link| is_it(&link.landmark))
+        }
+        ClauseKind::GoesOn { links, .. } => links.iter().any(|link| is_it(&link.landmark)),
+        ClauseKind::Has { themes, .. } | ClauseKind::Take { themes } => themes.iter().any(is_it),
+        ClauseKind::Chain { objects, .. } => objects.iter().any(is_it),
+        ClauseKind::Swap { both } => both.iter().any(is_it),
+        ClauseKind::Heading { .. } => true,
     }
 }
 

@@ -135,7 +135,6 @@ fn many_ways_to_ask_for_one_stack() {
         "red_block over green_block over blue_block",
         "red-block over green-block over blue-block",
         "One stack: red block over green block over blue block",
-        "The red block should be directly on top of the green block, which is on the blue block.",
         "On green put red, and on blue put green.",
         "Make the tower (red over green over blue).",
     ] {
@@ -165,8 +164,8 @@ fn several_stacks_and_their_number() {
         assert_eq!(shown(goal.clone()), wanted, "{said}");
         assert!(goal.unwrap().notes.is_empty(), "{said}");
     }
-    let goal = blocks("Create three stacks: red over blue, green over pink", SIX).unwrap();
-    assert_eq!(goal.notes, ["\"three stacks\" is said, 2 described"]);
+    let error = blocks("Create three stacks: red over blue, green over pink", SIX).unwrap_err();
+    assert!(error.to_string().contains("\"three stacks\" is said, 2 described"), "{error}");
 }
 
 #[test]
@@ -188,7 +187,6 @@ fn properties_stand_before_or_after_their_objects() {
             "(and (ontable red_block) (ontable blue_block) (ontable pink_block))",
         ),
         ("On the table: red, blue", "(and (ontable red_block) (ontable blue_block))"),
-        ("Put red over blue on the table.", "(and (on red_block blue_block) (ontable blue_block))"),
         (
             "Put red on the table and blue on it.",
             "(and (ontable red_block) (on blue_block red_block))",
@@ -372,18 +370,24 @@ fn every_refusal_says_why() {
     check(blocks("clear", SIX), "expected an object after \"clear\"");
     check(blocks("put the block on the table", SIX), "may be any of blue_block, green_block");
     check(blocks("two blocks on the table", SIX), "there are 6 such objects");
-    check(blocks("red over blue except green", SIX), "\"except\" is not a word");
-    check(blocks("do not put red on blue", SIX), "\"do\" is not a word");
-    check(blocks("red or blue over green", SIX), "\"or\" is not a word");
+    check(blocks("red over blue except green", SIX), "\"except\" makes no sense here");
+    check(blocks("do not put red on blue", SIX), "\"do not put\" denies or forbids");
+    check(blocks("red or blue over green", SIX), "\"or\" leaves a choice");
+    check(blocks("Put red over blue on the table.", SIX), "this may mean");
+    let said = "The red block should be on top of the green block, which is on the blue block.";
+    check(blocks(said, SIX), "this may mean (on red_block green_block), or (and (on red_block");
     check(blocks("red > blue", SIX), "\">\" is not a word");
-    check(blocks("put it on blue", SIX), "\"it\" makes no sense here");
+    check(blocks("put it on blue", SIX), "\"it\" has nothing to stand for");
     check(blocks(&"red ".repeat(2000), SIX), "at most 4096 bytes");
     check(hanoi("move the orange disk to the left peg"), "any of orange_disk, orange_disk2");
     check(hanoi("move the leftmost disk to the left peg"), "may be any of");
     check(hanoi("move all disks to peg 4"), "there are 3 such objects");
     check(hanoi("move the left peg to the right peg"), "cannot be said of peg and peg");
     check(hanoi("move all disks to all red pegs"), "0 of 1 peg objects seen");
-    check(blocks("Move all blocks to the left", SIX), "\"to\" alone means nothing here");
+    check(
+        blocks("Move all blocks to the left", SIX),
+        "cannot say \"to\"; it can say on, under, on table, clear",
+    );
     check(blocks("red and blue on red", SIX), "in a circle");
     check(blocks("put red on top", SIX), "\"top\" alone means nothing");
 }

@@ -16,11 +16,21 @@ pub(super) struct Token {
     pub(super) meanings: Vec<Meaning>,
     /// Its place in the text.
     pub(super) span: Span,
+    /// Whether an article stands before it.
+    pub(super) has_article: bool,
+    /// Whether it leads to a place ("onto") and so describes no object.
+    pub(super) is_directed: bool,
+    /// Of "on the right": the same as a relation and a position, "on" and "the right".
+    pub(super) parts: Vec<Token>,
 }
 
 impl Token {
     pub(super) fn is(&self, meaning: &Meaning) -> bool {
         self.meanings.contains(meaning)
+    }
+
+    pub(super) fn any(&self, is: impl Fn(&Meaning) -> bool) -> bool {
+        self.meanings.iter().any(is)
     }
 }
 
@@ -29,6 +39,7 @@ impl Token {
 struct Piece {
     text: String,
     span: Span,
+    has_article: bool,
     /// What it means whatever stands around it: punctuation, or an object's exact name.
     fixed: Option<Meaning>,
 }
@@ -39,25 +50,53 @@ pub(super) fn tokens(
     vocabulary: &Vocabulary,
     objects: &[GoalObject],
 ) -> Result<Vec<Token>, Fault> {
-    let mut pieces = pieces(text, objects);
-    pieces.retain(|piece| piece.fixed.is_some() || !vocabulary.articles.contains(&piece.text));
+    let pieces = without_articles(pieces(text, objects), vocabulary);
     let mut found: Vec<Token> = Vec::new();
     let mut rest = pieces.as_slice();
     while let Some(piece) = rest.first() {
-        if let Some(meaning) = &piece.fixed {
-            found.push(Token { meanings: vec![meaning.clone()], span: piece.span.clone() });
-            rest = &rest[1..];
-            continue;
-        }
-        let (n_words, meanings) =
-            longest(rest, vocabulary, &found).ok_or_else(|| unknown(piece, vocabulary))?;
-        let span = piece.span.start..rest[n_words - 1].span.end;
-        if !meanings.contains(&Meaning::Filler) {
-            found.push(Token { meanings, span });
+        let (n_words, meanings) = match &piece.fixed {
+            Some(meaning) => (1, vec![meaning.clone()]),
+            None => longest(rest, vocabulary).ok_or_else(|| unknown(piece, vocabulary))?,
+        };
+        let token = token(&rest[..n_words], meanings, vocabulary);
+        if !token.is(&Meaning::Filler) {
+            found.push(token);
         }
         rest = &rest[n_words..];
     }
     Ok(found)
+}
+
+fn token(pieces: &[Piece], meanings: Vec<Meaning>, vocabulary: &Vocabulary) -> Token {
+    let first = pieces.first();
+    let span = first.map_or(0, |piece| piece.span.start)..pieces.last().map_or(0, |p| p.span.end);
+    let is_after = meanings.iter().any(|meaning| matches!(meaning, Meaning::After(_)));
+    Token {
+        span,
+        has_article: first.is_some_and(|piece| piece.has_article),
+        is_directed: pieces.iter().any(|piece| vocabulary.directions.contains(&piece.text)),
+        parts: if is_after { parts(pieces, vocabulary) } else { Vec::new() },
+        meanings,
+    }
+}
+
+/// "on" and "right" of "on the right", where both have a meaning of their own.
+fn parts(pieces: &[Piece], vocabulary: &Vocabulary) -> Vec<Token> {
+    let words: Vec<String> = pieces.iter().map(|piece| piece.text.clone()).collect();
+    let cut = |at: usize| {
+        let relation = vocabulary.meanings(&words[..at])?;
+        let position = vocabulary.meanings(&words[at..])?;
+        let fits = relation.iter().any(|m| matches!(m, Meaning::Relation(_)))
+            && position.iter().any(|m| matches!(m, Meaning::Before(_)));
+        let tokens = || {
+            vec![
+                token(&pieces[..at], relation.clone(), vocabulary),
+                token(&pieces[at..], position.clone(), vocabulary),
+            ]
+        };
+        fits.then(tokens)
+    };
+    (1..words.len()).rev().find_map(cut).unwrap_or_default()
 }
 
 fn pieces(text: &str, objects: &[GoalObject]) -> Vec<Piece> {
@@ -73,22 +112,24 @@ fn pieces(text: &str, objects: &[GoalObject]) -> Vec<Piece> {
             continue;
         }
         let fixed = match c {
-            ',' => Some(Meaning::Separator),
-            '.' | ';' | '!' | '?' => Some(Meaning::Stop),
-            ':' => Some(Meaning::HeadingEnd),
+            ',' => Some(Meaning::Comma),
+            '.' | ';' | '!' => Some(Meaning::Stop),
+            '?' => Some(Meaning::QuestionMark),
+            ':' => Some(Meaning::Colon),
             _ => None,
         };
         let is_silent =
             c.is_whitespace() || matches!(c, '-' | '–' | '—' | '"' | '“' | '”' | '(' | ')');
         if fixed.is_some() || !is_silent {
-            found.push(Piece { text: c.to_string(), span: start..start + c.len_utf8(), fixed });
+            let span = start..start + c.len_utf8();
+            found.push(Piece { text: c.to_string(), span, has_article: false, fixed });
         }
     }
     found
 }
 
 fn is_word_char(c: char) -> bool {
-    c.is_alphanumeric() || matches!(c, '_' | '\'')
+    c.is_alphanumeric() || matches!(c, '_' | '\'' | '’')
 }
 
 /// A word with underscores is an object's exact name, or else several words.
@@ -97,25 +138,36 @@ fn push_word(found: &mut Vec<Piece>, text: &str, span: Range<usize>, objects: &[
     let named = objects.iter().find(|object| object.name == *word.to_lowercase());
     if let Some(object) = named.filter(|_| word.contains('_')) {
         let fixed = Some(Meaning::Named(object.name.clone()));
-        found.push(Piece { text: word.to_lowercase(), span, fixed });
+        found.push(Piece { text: word.to_lowercase(), span, has_article: false, fixed });
         return;
     }
     let mut start = span.start;
     for part in word.split('_') {
         let end = start + part.len();
         if !part.is_empty() {
-            found.push(Piece { text: part.to_lowercase(), span: start..end, fixed: None });
+            let text = part.to_lowercase().replace('’', "'");
+            found.push(Piece { text, span: start..end, has_article: false, fixed: None });
         }
         start = end + 1;
     }
 }
 
+fn without_articles(pieces: Vec<Piece>, vocabulary: &Vocabulary) -> Vec<Piece> {
+    let mut has_article = false;
+    let mut kept = Vec::new();
+    for piece in pieces {
+        if piece.fixed.is_none() && vocabulary.articles.contains(&piece.text) {
+            has_article = true;
+            continue;
+        }
+        kept.push(Piece { has_article, ..piece });
+        has_article = false;
+    }
+    kept
+}
+
 /// The longest phrase that may stand at the start of `rest`.
-fn longest(
-    rest: &[Piece],
-    vocabulary: &Vocabulary,
-    before: &[Token],
-) -> Option<(usize, Vec<Meaning>)> {
+fn longest(rest: &[Piece], vocabulary: &Vocabulary) -> Option<(usize, Vec<Meaning>)> {
     let words: Vec<String> = rest
         .iter()
         .take_while(|piece| piece.fixed.is_none())
@@ -123,41 +175,41 @@ fn longest(
         .map(|piece| piece.text.clone())
         .collect();
     for n_words in (1..=words.len()).rev() {
-        let Some(meanings) = vocabulary.phrases.get(&words[..n_words]) else { continue };
-        let is_after = meanings.iter().any(|meaning| matches!(meaning, Meaning::After(_)));
-        if !is_after || may_follow_noun(&rest[n_words..], vocabulary, before) {
-            return Some((n_words, meanings.clone()));
+        let Some(meanings) = vocabulary.meanings(&words[..n_words]) else { continue };
+        // "onto the peg [on the right]", but "[on] [the right] peg" and "[from] [the left] peg".
+        let ends_phrase = |m: &Meaning| matches!(m, Meaning::After(_) | Meaning::FromSide(_));
+        let is_whole =
+            !runs_on(&words, n_words, vocabulary) && !starts_object(&rest[n_words..], vocabulary);
+        if !meanings.iter().any(ends_phrase) || is_whole {
+            return Some((n_words, meanings));
         }
     }
     let number = words.first()?.parse().ok()?;
     Some((1, vec![Meaning::Number(number)]))
 }
 
-/// Tells "onto the peg [on the right]" from "all disks [on] [the right] peg" and from "all disks
-/// [on] [the right]": a position after its noun comes late in its statement and ends its object.
-fn may_follow_noun(rest: &[Piece], vocabulary: &Vocabulary, before: &[Token]) -> bool {
-    let after_noun = before.last().is_some_and(|token| {
-        token.meanings.iter().any(|meaning| matches!(meaning, Meaning::Noun { .. }))
-    });
-    let after_relation = before
+/// Whether a phrase within the first words goes on behind them: "on [right hand] side".
+fn runs_on(words: &[String], n_words: usize, vocabulary: &Vocabulary) -> bool {
+    let longer = |start: usize| {
+        (n_words + 1..=words.len()).any(|end| vocabulary.phrases.contains_key(&words[start..end]))
+    };
+    (1..n_words).any(longer)
+}
+
+/// Whether a noun or a colour comes next.
+fn starts_object(rest: &[Piece], vocabulary: &Vocabulary) -> bool {
+    let words: Vec<String> = rest
         .iter()
-        .rev()
-        .take_while(|token| !token.is(&Meaning::Separator) && !token.is(&Meaning::Stop))
-        .any(|token| {
-            let is_relation =
-                |meaning: &Meaning| matches!(meaning, Meaning::Relation(_) | Meaning::Source);
-            token.meanings.iter().any(is_relation)
-        });
-    let before_noun = rest.first().is_some_and(|piece| {
-        let next = vocabulary.phrases.get(std::slice::from_ref(&piece.text));
-        piece.fixed.is_none()
-            && next.is_some_and(|meanings| {
-                let is_object =
-                    |m: &Meaning| matches!(m, Meaning::Noun { .. } | Meaning::Colour(_));
-                meanings.iter().any(is_object)
-            })
-    });
-    after_noun && after_relation && !before_noun
+        .take_while(|piece| piece.fixed.is_none() && !piece.has_article)
+        .take(vocabulary.words_max)
+        .map(|piece| piece.text.clone())
+        .collect();
+    let is_object = |meanings: Vec<Meaning>| {
+        meanings
+            .iter()
+            .any(|m| matches!(m, Meaning::Noun { .. } | Meaning::Colour(_) | Meaning::Before(_)))
+    };
+    (1..=words.len()).any(|n_words| vocabulary.meanings(&words[..n_words]).is_some_and(is_object))
 }
 
 fn unknown(piece: &Piece, vocabulary: &Vocabulary) -> Fault {

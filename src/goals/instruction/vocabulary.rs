@@ -1,24 +1,49 @@
-//! Every phrase that means something, from the domain's language and the objects in view.
+//! Every phrase that means something, from the domain's language, the shared words and the objects in
+//! view.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::super::language::{Language, misfit};
+use super::super::language::{Language, Pick, english, misfit};
 use super::super::{GoalError, GoalObject};
+use super::words::{domain_entries, shared_entries, weak_entries};
 use crate::pddl::Name;
 
 /// What a phrase means; indices point into the lists of [`Language`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Meaning {
     Filler,
-    Separator,
+    /// Before a wish; `true`: a question mark may follow.
+    Opener(bool),
+    Verb(Verb),
+    Copula(Copula),
+    Participle,
+    Relative,
+    Comma,
+    /// "and".
+    And,
+    /// "then".
+    Sequel,
     /// `.` or `;`: ends a sentence.
     Stop,
+    QuestionMark,
+    Colon,
     HeadingEnd,
     All,
+    Listed,
     Pronoun,
+    PluralPronoun,
+    Exception,
+    Rest,
+    Other,
     Source,
     Number(usize),
+    Ordinal(Ordinal),
+    FromSide(RowSide),
+    SwappedWith,
+    Refused(Refusal),
+    Beside(RowSide),
+    Inexpressible,
     Colour(Name),
     Noun {
         noun_idx: usize,
@@ -26,9 +51,9 @@ pub(super) enum Meaning {
     },
     Everything(usize),
     /// A position before its noun, or alone.
-    Before(usize),
+    Before(Pick),
     /// A position after its noun.
-    After(usize),
+    After(Pick),
     Relation(usize),
     Property(usize),
     Sequence(usize),
@@ -36,26 +61,49 @@ pub(super) enum Meaning {
     Named(Name),
 }
 
-impl Meaning {
-    /// The key of `language.toml` that phrases of this meaning stand below.
-    fn key(&self) -> &'static str {
-        match self {
-            Self::Filler => "fillers",
-            Self::Separator | Self::Stop => "separators",
-            Self::HeadingEnd => "heading_ends",
-            Self::All => "all",
-            Self::Pronoun => "pronouns",
-            Self::Source => "sources",
-            Self::Number(_) => "numbers",
-            Self::Colour(_) => "colours",
-            Self::Noun { .. } | Self::Everything(_) | Self::Named(_) => "noun",
-            Self::Before(_) | Self::After(_) => "position",
-            Self::Relation(_) => "relation",
-            Self::Property(_) => "property",
-            Self::Sequence(_) => "sequence",
-            Self::Stacks => "stacks",
-        }
-    }
+/// What kinds of verbs there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verb {
+    Place,
+    Take,
+    Build,
+    Keep,
+    Swap,
+}
+
+/// What links a subject to what is said of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Copula {
+    /// "should be".
+    Wish,
+    /// "is".
+    State,
+    /// "must not be".
+    Denial,
+}
+
+/// A place in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ordinal {
+    Nth(usize),
+    Last,
+}
+
+/// A side in the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RowSide {
+    Left,
+    Right,
+}
+
+/// Words that are understood and not carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Refusal {
+    Negation,
+    Alternative,
+    Question,
+    Condition,
+    Vague,
 }
 
 /// A phrase of `language.toml` that cannot mean what it is to mean.
@@ -74,59 +122,114 @@ impl fmt::Display for WordFault {
         let Self { key, phrase, .. } = self;
         match self.other {
             None => write!(f, "{key}: \"{phrase}\" has no word but articles"),
-            Some(_) => write!(f, "{key}: \"{phrase}\" already means something else"),
+            Some(other) => {
+                write!(f, "{key}: \"{phrase}\" already means something else, below {other}")
+            }
         }
     }
 }
 
 /// Every phrase of a language that cannot mean what it is to mean, in the order of its lists.
 pub fn word_faults(language: &Language) -> Vec<WordFault> {
-    let articles = language.articles.iter().map(|word| word.to_lowercase()).collect();
-    let mut vocabulary = Vocabulary { articles, phrases: BTreeMap::new(), words_max: 1 };
     let mut faults = Vec::new();
-    vocabulary.fill(language, std::iter::empty(), &mut faults);
-    faults
+    if let Ok(english) = english() {
+        Vocabulary::empty(language, english).fill(language, english, &[], &mut faults);
+    }
+    faults.into_iter().map(|(fault, _)| fault).collect()
 }
 
 /// Phrases (as lists of lower-case words without articles) and what they mean.
 #[derive(Debug)]
 pub(super) struct Vocabulary {
     pub(super) articles: BTreeSet<String>,
-    pub(super) phrases: BTreeMap<Vec<String>, Vec<Meaning>>,
+    pub(super) directions: BTreeSet<String>,
+    pub(super) phrases: BTreeMap<Vec<String>, Vec<(&'static str, Meaning)>>,
     /// Length of the longest phrase in words.
     pub(super) words_max: usize,
 }
 
+/// A fault, and whether the phrase keeps its older meaning without harm.
+type Tolerated = (WordFault, bool);
+
 impl Vocabulary {
     /// Collects the phrases; object names join last, where their words are not known otherwise.
     pub(super) fn new(language: &Language, objects: &[GoalObject]) -> Result<Self, GoalError> {
-        let articles = language.articles.iter().map(|word| word.to_lowercase()).collect();
-        let mut vocabulary = Self { articles, phrases: BTreeMap::new(), words_max: 1 };
-        let colours = objects.iter().filter_map(|object| object.colour.as_ref());
+        let english = english()?;
+        let mut vocabulary = Self::empty(language, english);
         let mut faults = Vec::new();
-        vocabulary.fill(language, colours, &mut faults);
-        if let Some(fault) = faults.into_iter().next() {
+        vocabulary.fill(language, english, objects, &mut faults);
+        if let Some((fault, _)) = faults.into_iter().find(|(_, is_harmless)| !is_harmless) {
             return Err(misfit(fault.to_string()));
         }
         vocabulary.add_names(objects);
         Ok(vocabulary)
     }
 
-    /// Takes in every phrase of the language, and these colours; what it cannot take is a fault.
-    fn fill<'a>(
-        &mut self,
-        language: &'a Language,
-        colours: impl Iterator<Item = &'a Name>,
-        faults: &mut Vec<WordFault>,
-    ) {
-        for (key, phrases, meaning) in entries(language) {
-            let added = phrases.iter().map(|phrase| self.add(key, phrase, meaning.clone()));
-            faults.extend(added.filter_map(Result::err));
+    fn empty(language: &Language, english: &Language) -> Self {
+        let lower = |lists: [&Vec<String>; 2]| {
+            lists.into_iter().flatten().map(|word| word.to_lowercase()).collect()
+        };
+        Self {
+            articles: lower([&language.articles, &english.articles]),
+            directions: lower([&language.directions, &english.directions]),
+            phrases: BTreeMap::new(),
+            words_max: 1,
         }
+    }
+
+    /// Takes in the shared words, the domain's, the colours in view, and of the shared words for places
+    /// those that the domain does not say itself.
+    fn fill(
+        &mut self,
+        language: &Language,
+        english: &Language,
+        objects: &[GoalObject],
+        faults: &mut Vec<Tolerated>,
+    ) {
+        for (key, phrases, meaning) in shared_entries(english) {
+            phrases.iter().for_each(|phrase| {
+                faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, false)));
+            });
+        }
+        // A domain that lists a shared word again may not give it another class. The class that the
+        // grammar knows stands; the domain's list is told by the check of the folder.
+        for (key, phrases, meaning) in shared_entries(language) {
+            phrases.iter().for_each(|phrase| {
+                faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, true)));
+            });
+        }
+        for (key, phrases, meaning) in domain_entries(language) {
+            phrases.iter().for_each(|phrase| {
+                faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, false)));
+            });
+        }
+        let colours = objects.iter().filter_map(|object| object.colour.as_ref());
         for colour in colours.chain(language.colours.keys()) {
             let meaning = Meaning::Colour(colour.clone());
-            faults.extend(self.add("colours", colour.as_str(), meaning).err());
+            let further = english.colour_words.get(colour).into_iter().flatten();
+            for word in std::iter::once(colour.as_str()).chain(further.map(String::as_str)) {
+                faults
+                    .extend(self.add("colours", word, &meaning).err().map(|fault| (fault, false)));
+            }
         }
+        for (key, phrases, meaning) in weak_entries(english) {
+            for phrase in phrases {
+                if self.knows(phrase) {
+                    continue;
+                }
+                faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, false)));
+            }
+        }
+    }
+
+    fn knows(&self, phrase: &str) -> bool {
+        self.phrases.contains_key(&self.words_of(phrase))
+    }
+
+    fn words_of(&self, phrase: &str) -> Vec<String> {
+        let mut words = split(phrase);
+        words.retain(|word| !self.articles.contains(word));
+        words
     }
 
     /// Every single word of every phrase.
@@ -134,22 +237,21 @@ impl Vocabulary {
         self.phrases.keys().flatten().chain(&self.articles).map(String::as_str)
     }
 
-    fn add(&mut self, key: &'static str, phrase: &str, meaning: Meaning) -> Result<(), WordFault> {
+    fn add(&mut self, key: &'static str, phrase: &str, meaning: &Meaning) -> Result<(), WordFault> {
         let fault = |other| WordFault { key, phrase: phrase.to_owned(), other };
-        let mut words = split(phrase);
-        words.retain(|word| !self.articles.contains(word));
+        let words = self.words_of(phrase);
         if words.is_empty() {
             return Err(fault(None));
         }
         self.words_max = self.words_max.max(words.len());
         let meanings = self.phrases.entry(words).or_default();
-        if meanings.contains(&meaning) {
+        if meanings.iter().any(|(_, other)| other == meaning) {
             return Ok(());
         }
-        if let Some(other) = meanings.iter().find(|other| !may_share(other, &meaning)) {
-            return Err(fault(Some(other.key())));
+        if let Some((other, _)) = meanings.iter().find(|(_, other)| !may_share(other, meaning)) {
+            return Err(fault(Some(other)));
         }
-        meanings.push(meaning);
+        meanings.push((key, meaning.clone()));
         Ok(())
     }
 
@@ -165,9 +267,23 @@ impl Vocabulary {
             self.words_max = self.words_max.max(words.len());
             let meanings = self.phrases.entry(words).or_default();
             if meanings.is_empty() {
-                meanings.push(Meaning::Named(object.name.clone()));
+                meanings.push(("names", Meaning::Named(object.name.clone())));
             }
         }
+    }
+
+    /// What a row of words means.
+    pub(super) fn meanings(&self, words: &[String]) -> Option<Vec<Meaning>> {
+        let meanings = self.phrases.get(words)?;
+        Some(meanings.iter().map(|(_, meaning)| meaning.clone()).collect())
+    }
+
+    /// The phrases for a position before its noun, in words.
+    pub(super) fn before(&self, pick: Pick) -> impl Iterator<Item = &Vec<String>> {
+        let is_it = move |meanings: &[(&str, Meaning)]| {
+            meanings.iter().any(|(_, meaning)| *meaning == Meaning::Before(pick))
+        };
+        self.phrases.iter().filter(move |(_, meanings)| is_it(meanings)).map(|(words, _)| words)
     }
 }
 
@@ -181,57 +297,19 @@ pub(super) fn split(phrase: &str) -> Vec<String> {
 }
 
 /// Relations that share a phrase are told apart by the types of their objects; "one" may be a number
-/// or, after a colour, an object.
+/// or, after a colour, an object; "stack" may be a verb or a noun; "but" and "both" and the like stand at
+/// different places.
 fn may_share(left: &Meaning, right: &Meaning) -> bool {
-    matches!(
-        (left, right),
-        (Meaning::Relation(_), Meaning::Relation(_))
-            | (Meaning::Number(_), Meaning::Noun { many: false, .. })
-            | (
-                Meaning::Noun { many: false, .. },
-                Meaning::Number(_) | Meaning::Noun { many: false, .. }
-            )
-            | (Meaning::Noun { many: true, .. }, Meaning::Noun { many: true, .. })
-    )
-}
-
-type Entry<'a> = (&'static str, &'a [String], Meaning);
-
-fn entries(language: &Language) -> Vec<Entry<'_>> {
-    let mut list: Vec<Entry<'_>> = vec![
-        ("fillers", &language.fillers, Meaning::Filler),
-        ("separators", &language.separators, Meaning::Separator),
-        ("heading_ends", &language.heading_ends, Meaning::HeadingEnd),
-        ("all", &language.all, Meaning::All),
-        ("pronouns", &language.pronouns, Meaning::Pronoun),
-        ("sources", &language.sources, Meaning::Source),
-    ];
-    for (idx, word) in language.numbers.iter().enumerate() {
-        list.push(("numbers", std::slice::from_ref(word), Meaning::Number(idx + 1)));
-    }
-    for (colour, words) in &language.colours {
-        list.push(("colours", words, Meaning::Colour(colour.clone())));
-    }
-    if let Some(stacks) = &language.stacks {
-        list.push(("stacks", &stacks.phrases, Meaning::Stacks));
-    }
-    for (noun_idx, noun) in language.nouns.iter().enumerate() {
-        list.push(("noun", &noun.one, Meaning::Noun { noun_idx, many: false }));
-        list.push(("noun", &noun.many, Meaning::Noun { noun_idx, many: true }));
-        list.push(("noun", &noun.everything, Meaning::Everything(noun_idx)));
-    }
-    for (idx, position) in language.positions.iter().enumerate() {
-        list.push(("position", &position.before, Meaning::Before(idx)));
-        list.push(("position", &position.after, Meaning::After(idx)));
-    }
-    for (idx, relation) in language.relations.iter().enumerate() {
-        list.push(("relation", &relation.phrases, Meaning::Relation(idx)));
-    }
-    for (idx, property) in language.properties.iter().enumerate() {
-        list.push(("property", &property.phrases, Meaning::Property(idx)));
-    }
-    for (idx, sequence) in language.sequences.iter().enumerate() {
-        list.push(("sequence", &sequence.phrases, Meaning::Sequence(idx)));
-    }
-    list
+    let pair = |a: &Meaning, b: &Meaning| {
+        matches!(
+            (a, b),
+            (Meaning::Relation(_), Meaning::Relation(_) | Meaning::HeadingEnd)
+                | (Meaning::Number(_), Meaning::Noun { many: false, .. })
+                | (Meaning::Noun { many: false, .. }, Meaning::Noun { many: false, .. })
+                | (Meaning::Noun { many: true, .. }, Meaning::Noun { many: true, .. })
+                | (Meaning::Stacks | Meaning::Everything(_), Meaning::Verb(Verb::Build))
+                | (Meaning::SwappedWith, Meaning::HeadingEnd | Meaning::Relation(_))
+        )
+    };
+    pair(left, right) || pair(right, left)
 }

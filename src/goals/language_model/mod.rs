@@ -18,7 +18,8 @@ use self::prompt::Example;
 use self::validate::{Judged, Rules};
 use super::language::misfit;
 use super::{
-    GoalError, GoalObject, GoalSource, GoalView, Language, ParsedGoal, Phrase, Referent, instruction, logical,
+    GoalError, GoalObject, GoalSource, GoalView, Language, ParsedGoal, Phrase, Referent,
+    instruction, logical,
 };
 use crate::http::chat::{ChatRequest, ChatResponse, ChatTurn, response_of};
 use crate::http::{Client, Header, Request, WebError, shown_url};
@@ -146,7 +147,7 @@ impl GoalSource for LanguageModel {
         let named = named_objects(&goal);
         let expected = unseen.into_iter().filter(|typed| named.contains(&typed.name)).collect();
         let phrases = phrases(&self.instruction, &named);
-        Ok(ParsedGoal { goal, phrases, expected, notes })
+        Ok(ParsedGoal { goal, phrases, expected, notes, said: Vec::new() })
     }
 }
 

@@ -1,0 +1,160 @@
+//! What an instruction asks for, as atoms: over one object, over every one of a type, or denied.
+
+use super::super::{ParsedGoal, Reason};
+use super::contradictions::{GroundAtom, groups};
+use super::resolve::Resolver;
+use super::syntax::{Clause, ClauseKind};
+use super::{Fault, Span, told};
+use crate::pddl::{Atom, Condition, Literal, Name, Term, Typed};
+
+/// Most ground atoms that are looked at for contradictions.
+const GROUND_ATOMS_MAX: usize = 2000;
+
+/// An argument of a claim.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Arg {
+    One(Name),
+    Every(Name),
+}
+
+/// One atom of the goal, possibly over every object of a type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Claim {
+    pub(super) predicate: Name,
+    pub(super) args: Vec<Arg>,
+    /// Whether it is not to hold.
+    pub(super) is_denied: bool,
+    pub(super) span: Span,
+}
+
+impl Claim {
+    pub(super) fn says_same(&self, other: &Self) -> bool {
+        let said = |claim: &Self| (claim.predicate.clone(), claim.args.clone(), claim.is_denied);
+        said(self) == said(other)
+    }
+
+    fn condition(&self) -> Condition {
+        let mut variables: Vec<Typed> = Vec::new();
+        let args = self
+            .args
+            .iter()
+            .zip(["x", "y"])
+            .map(|(arg, variable)| match arg {
+                Arg::One(name) => Term::Object(name.clone()),
+                Arg::Every(type_name) => {
+                    variables.push(Typed::new(variable, type_name.clone()));
+                    Term::Var(variable.into())
+                }
+            })
+            .collect();
+        let atom = Condition::Atom(Literal { predicate: self.predicate.clone(), args });
+        let said = if self.is_denied { Condition::Not(Box::new(atom)) } else { atom };
+        if variables.is_empty() { said } else { Condition::Forall(variables, Box::new(said)) }
+    }
+}
+
+impl Resolver<'_> {
+    /// The goal's atoms over the objects known so far, each with its place in the text.
+    pub(super) fn ground_atoms(&self) -> Vec<GroundAtom> {
+        self.ground(false)
+    }
+
+    fn ground(&self, is_denied: bool) -> Vec<GroundAtom> {
+        let mut found = Vec::new();
+        for claim in self.claims.iter().filter(|claim| claim.is_denied == is_denied) {
+            let mut rows: Vec<Vec<Name>> = vec![Vec::new()];
+            for arg in &claim.args {
+                let choices: Vec<Name> = match arg {
+                    Arg::One(name) => vec![name.clone()],
+                    Arg::Every(type_name) => self.of_type(type_name),
+                };
+                rows = rows
+                    .iter()
+                    .flat_map(|row| {
+                        choices.iter().map(|c| [row.as_slice(), std::slice::from_ref(c)].concat())
+                    })
+                    .take(GROUND_ATOMS_MAX)
+                    .collect();
+            }
+            let atoms = rows.into_iter().map(|args| GroundAtom {
+                atom: Atom { predicate: claim.predicate.clone(), args },
+                span: claim.span.clone(),
+            });
+            found.extend(atoms);
+        }
+        found.truncate(GROUND_ATOMS_MAX);
+        found
+    }
+
+    fn of_type(&self, type_name: &Name) -> Vec<Name> {
+        let types = &self.domain.types;
+        let seen = self.view.objects.iter().filter(|o| types.is_a(&o.type_name, type_name));
+        let expected = self
+            .expected
+            .iter()
+            .filter(|typed| types.fits(&typed.types, std::slice::from_ref(type_name)));
+        seen.map(|o| o.name.clone()).chain(expected.map(|typed| typed.name.clone())).collect()
+    }
+
+    /// What is asked for and denied at once.
+    pub(super) fn check_denials(&self) -> Result<(), Fault> {
+        let wished = self.ground(false);
+        let denied = self.ground(true);
+        let both = denied.iter().find(|denied| wished.iter().any(|w| w.atom == denied.atom));
+        match both {
+            None => Ok(()),
+            Some(denied) => Err(Fault {
+                span: denied.span.clone(),
+                reason: Reason::Contradiction {
+                    first: denied.atom.to_string(),
+                    second: format!("(not {})", denied.atom),
+                    because: "it cannot hold and not hold".to_owned(),
+                },
+            }),
+        }
+    }
+
+    /// A heading's number of stacks must be what the clauses describe.
+    pub(super) fn check_stacks(&self, clauses: &[Clause]) -> Result<(), Fault> {
+        let Some(stacks) = &self.language.stacks else { return Ok(()) };
+        let counts = clauses.iter().filter_map(|clause| match &clause.kind {
+            ClauseKind::Heading { n_stacks } => n_stacks.as_ref(),
+            ClauseKind::Place { .. }
+            | ClauseKind::GoesOn { .. }
+            | ClauseKind::Has { .. }
+            | ClauseKind::Chain { .. }
+            | ClauseKind::Take { .. }
+            | ClauseKind::Swap { .. } => None,
+        });
+        let counts: Vec<&(usize, Span)> = counts.collect();
+        let Some((_, first)) = counts.first() else { return Ok(()) };
+        let said: usize = counts.iter().map(|(number, _)| number).sum();
+        let described = groups(&self.ground_atoms(), &stacks.predicate);
+        if said == described {
+            return Ok(());
+        }
+        let reason = Reason::WrongCount { phrase: self.words(first), described };
+        Err(Fault { span: first.clone(), reason })
+    }
+
+    /// The claims in an order of their own, to compare readings.
+    pub(super) fn content(&self) -> Vec<(Name, Vec<Arg>, bool)> {
+        let said = |claim: &Claim| (claim.predicate.clone(), claim.args.clone(), claim.is_denied);
+        let mut content: Vec<_> = self.claims.iter().map(said).collect();
+        content.sort();
+        content
+    }
+
+    /// The finished goal.
+    pub(super) fn finish(mut self) -> ParsedGoal {
+        let said = self.claims.iter().map(|claim| told::claim(claim, self.language)).collect();
+        let mut conditions: Vec<Condition> = self.claims.iter().map(Claim::condition).collect();
+        let goal = match conditions.len() {
+            1 => conditions.remove(0),
+            _ => Condition::And(conditions),
+        };
+        self.phrases.sort_by_key(|phrase| phrase.span.start);
+        let (phrases, expected, notes) = (self.phrases, self.expected, self.notes);
+        ParsedGoal { goal, phrases, expected, notes, said }
+    }
+}
