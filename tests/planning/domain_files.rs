@@ -60,7 +60,7 @@ fn what_is_misspelt_in_a_domain_is_told_at_its_line_with_what_is_near() {
         perception("\"mask_relation\"", "\"mask_relatoin\""),
         perception("predicate = \"holding\"", "predicate = \"hold\""),
         perception("type = \"robot\"", "type = \"robto\""),
-        said("blocksworld/language.toml", "articles =", "artikles ="),
+        said("blocksworld/language.toml", "acyclic =", "acyklic ="),
         said("blocksworld/language.toml", "type = \"block\"", "type = \"blok\""),
         said("blocksworld/language.toml", "predicate = \"on\"", "predicate = \"om\""),
         skills("\nsequence", "\nseqence"),

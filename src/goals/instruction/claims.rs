@@ -1,5 +1,7 @@
 //! What an instruction asks for, as atoms: over one object, over every one of a type, or denied.
 
+use std::collections::BTreeSet;
+
 use super::super::{ParsedGoal, Reason};
 use super::contradictions::{GroundAtom, groups};
 use super::resolve::Resolver;
@@ -114,27 +116,37 @@ impl Resolver<'_> {
         }
     }
 
-    /// A heading's number of stacks must be what the clauses describe.
+    /// The numbers of a heading must be those of what the clauses describe.
     pub(super) fn check_stacks(&self, clauses: &[Clause]) -> Result<(), Fault> {
         let Some(stacks) = &self.language.stacks else { return Ok(()) };
-        let counts = clauses.iter().filter_map(|clause| match &clause.kind {
-            ClauseKind::Heading { n_stacks } => n_stacks.as_ref(),
-            ClauseKind::Place { .. }
-            | ClauseKind::GoesOn { .. }
-            | ClauseKind::Has { .. }
-            | ClauseKind::Chain { .. }
-            | ClauseKind::Take { .. }
-            | ClauseKind::Swap { .. } => None,
-        });
-        let counts: Vec<&(usize, Span)> = counts.collect();
-        let Some((_, first)) = counts.first() else { return Ok(()) };
-        let said: usize = counts.iter().map(|(number, _)| number).sum();
-        let described = groups(&self.ground_atoms(), &stacks.predicate);
-        if said == described {
-            return Ok(());
+        let (mut stacks_said, mut objects_said) = (Vec::new(), Vec::new());
+        for clause in clauses {
+            if let ClauseKind::Heading { n_stacks, n_objects } = &clause.kind {
+                stacks_said.extend(n_stacks.iter());
+                objects_said.extend(n_objects.iter());
+            }
         }
-        let reason = Reason::WrongCount { phrase: self.words(first), described };
-        Err(Fault { span: first.clone(), reason })
+        let atoms = self.ground_atoms();
+        let wrong = |first: &Span, described: usize| {
+            let reason = Reason::WrongCount { phrase: self.words(first), described };
+            Err(Fault { span: first.clone(), reason })
+        };
+        let n_stacks: usize = stacks_said.iter().map(|(number, _)| number).sum();
+        let described = groups(&atoms, &stacks.predicate);
+        if let Some((_, first)) = stacks_said.first()
+            && n_stacks != described
+        {
+            return wrong(first, described);
+        }
+        let related = atoms.iter().filter(|found| found.atom.predicate == stacks.predicate);
+        let objects: BTreeSet<&Name> = related.flat_map(|found| &found.atom.args).collect();
+        let n_objects: usize = objects_said.iter().map(|(number, _)| number).sum();
+        if let Some((_, first)) = objects_said.first()
+            && n_objects * n_stacks.max(1) != objects.len()
+        {
+            return wrong(first, objects.len());
+        }
+        Ok(())
     }
 
     /// The claims in an order of their own, to compare readings.

@@ -156,10 +156,16 @@ impl<'a> ClauseParser<'a> {
         // "of three blocks": what the stacks are made of.
         let of_type = self.nouns.noun_phrase(next, Described::ByClauses, usize::MAX).pop();
         let of_type = of_type.filter(|(object, _)| self.is_heading(object, is_stacks));
+        let n_objects =
+            of_type.as_ref().filter(|_| is_stacks).and_then(|(object, _)| match &object.head {
+                Head::Thing(thing) => Some((thing.number?, object.span.clone())),
+                Head::It | Head::They | Head::Rest | Head::Listed | Head::Named(_) => None,
+            });
         let ends: Vec<usize> =
             [Some(next), of_type.map(|(_, end)| end)].into_iter().flatten().collect();
         for end in ends {
-            let kind = ClauseKind::Heading { n_stacks: n_stacks.clone() };
+            let (n_stacks, n_objects) = (n_stacks.clone(), n_objects.clone());
+            let kind = ClauseKind::Heading { n_stacks, n_objects };
             let clause = || self.clause(kind.clone(), (at, end), Form::None);
             if self.is(end, &Meaning::HeadingEnd) {
                 found.push((clause(), end + 1));

@@ -57,9 +57,11 @@ impl NounParser<'_> {
             for (object, next) in self.noun_phrase(at, described, 0) {
                 let mut longer = list.clone();
                 longer.push(object);
-                // "all except red and blue" leaves both out, and no list goes on behind it.
+                // "All except red and blue" leaves both out; "red on green and blue on the table" is two
+                // statements: no list goes on behind either.
+                let goes_on = |object: &NounPhrase| object.except.is_empty() && !object.is_placed;
                 if longer.len() < LIST_MAX
-                    && longer.last().is_some_and(|object| object.except.is_empty())
+                    && longer.last().is_some_and(goes_on)
                     && let Some(after) = self.list_separator(next)
                 {
                     open.push((longer.clone(), after));
@@ -143,8 +145,7 @@ impl NounParser<'_> {
         for meaning in &token.meanings {
             match meaning {
                 Meaning::Pronoun => return one(Head::It),
-                // "both the red and the blue block": the list says which.
-                Meaning::PluralPronoun if self.core(at + 1).is_some() => return self.core(at + 1),
+                Meaning::PluralPronoun if self.core(at + 1).is_some() => return self.both(at + 1),
                 Meaning::PluralPronoun => return one(Head::They),
                 Meaning::Rest => return one(Head::Rest),
                 Meaning::Named(name) => return one(Head::Named(name.clone())),
@@ -159,6 +160,17 @@ impl NounParser<'_> {
             }
         }
         self.thing(at)
+    }
+
+    /// "both disks" are two; of "both the red and the blue block" the list says which.
+    fn both(&self, at: usize) -> Option<(NounPhrase, usize)> {
+        let (mut object, next) = self.core(at)?;
+        if let Head::Thing(thing) = &mut object.head
+            && thing.is_plural()
+        {
+            thing.number = thing.number.or(Some(2));
+        }
+        Some((object, next))
     }
 
     fn thing(&self, start: usize) -> Option<(NounPhrase, usize)> {

@@ -101,6 +101,12 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// "them" or "the rest" with nothing before it.
+    pub(super) fn nothing_before(&self, object: &NounPhrase) -> Fault {
+        let expected = if object.head == Head::Rest { BEFORE_REST } else { BEFORE_THEM };
+        self.no_antecedent(object, expected)
+    }
+
     fn no_antecedent(&self, object: &NounPhrase, expected: &'static str) -> Fault {
         let reason = Reason::NoAntecedent { phrase: self.words(&object.span), expected };
         Fault { span: object.span.clone(), reason }

@@ -356,12 +356,8 @@ impl<'a> Resolver<'a> {
         let thing = match &object.head {
             Head::It => return Ok(vec![typed(&self.antecedent(object, role)?.type_name)]),
             Head::They | Head::Rest => {
-                return Ok(self
-                    .moved
-                    .first()
-                    .map(|found| typed(&found.type_name))
-                    .into_iter()
-                    .collect());
+                let moved = self.moved.first().ok_or_else(|| self.nothing_before(object))?;
+                return Ok(vec![typed(&moved.type_name)]);
             }
             Head::Listed => return Ok(Vec::new()),
             Head::Named(name) => {

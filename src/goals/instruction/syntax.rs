@@ -212,6 +212,6 @@ pub(super) enum ClauseKind {
     Take { themes: Vec<NounPhrase> },
     /// Two objects change places.
     Swap { both: [NounPhrase; 2] },
-    /// "two stacks", with what it counts.
-    Heading { n_stacks: Option<(usize, Span)> },
+    /// "two stacks of three blocks", with what it counts.
+    Heading { n_stacks: Option<(usize, Span)>, n_objects: Option<(usize, Span)> },
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::{GoalObject, Reason};
-use super::vocabulary::{Meaning, Vocabulary};
+use super::vocabulary::{Meaning, Ordinal, Vocabulary};
 use super::{Fault, Span, spelling};
 
 /// How many similar words an error offers.
@@ -184,8 +184,13 @@ fn longest(rest: &[Piece], vocabulary: &Vocabulary) -> Option<(usize, Vec<Meanin
             return Some((n_words, meanings));
         }
     }
-    let number = words.first()?.parse().ok()?;
-    Some((1, vec![Meaning::Number(number)]))
+    let word = words.first()?;
+    if let Ok(number) = word.parse() {
+        return Some((1, vec![Meaning::Number(number)]));
+    }
+    let ends = ["st", "nd", "rd", "th"];
+    let digits = ends.into_iter().find_map(|end| word.strip_suffix(end))?;
+    Some((1, vec![Meaning::Ordinal(Ordinal::Nth(digits.parse().ok()?))]))
 }
 
 /// Whether a phrase within the first words goes on behind them: "on [right hand] side".
