@@ -11,6 +11,7 @@ mod domain_files;
 #[cfg(feature = "sim")]
 mod domains;
 mod front_end;
+mod goal_phrasings;
 mod goal_sentences;
 mod goals;
 mod language_model;
