@@ -192,6 +192,12 @@ fn what_is_wrong_is_told_to_the_model() {
         (json!("(on red_block blue_block green_block)"), "on"),
         (json!("(on red_block pink_block)"), "unknown object `pink_block`"),
         (json!("(forall (?x - brick) (clear ?x))"), "brick"),
+        (
+            json!("```\n(on red_block blue_block)\n```\n```\n(on blue_block red_block)\n```"),
+            "several goals",
+        ),
+        (json!("(and (on red_block blue_block) (not (on red_block blue_block)))"), "and for (not"),
+        (json!("(forall (?x) (ontable ?x))"), "write (?x - block)"),
         (json!("{\"goal\": \"(on red_bl"), "expected JSON"),
         (json!(null), "the answer is empty"),
         (json!("I am only a language model."), "got no form"),

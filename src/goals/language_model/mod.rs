@@ -8,6 +8,8 @@
 mod config;
 mod gbnf;
 mod candidate_objects;
+mod candidates;
+mod quantifiers;
 mod prompt;
 mod validate;
 

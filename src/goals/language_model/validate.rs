@@ -2,6 +2,8 @@
 
 use super::super::repair::{self, Repaired};
 use super::super::{Language, instruction};
+use super::candidates::goal_text;
+use super::quantifiers;
 use crate::http::chat::{ChatForm, ChatResponse};
 use crate::logic::{Bindings, substitute};
 use crate::messages::named_objects;
@@ -45,7 +47,7 @@ pub(super) fn judged(
     form: ChatForm,
     rules: &Rules<'_>,
 ) -> Result<Judged, String> {
-    let text = goal_text(answer, form)?;
+    let text = goal_text(answer, form, rules.domain)?;
     let source = SourceText::new("goal", text);
     let goal = parse_goal(&source, rules.domain, rules.objects).map_err(|error| {
         let names: Vec<&str> = rules.objects.iter().map(|o| o.name.as_str()).collect();
@@ -55,6 +57,14 @@ pub(super) fn judged(
     })?;
     if !has_atom(&goal) {
         return Err("it asks for nothing".to_owned());
+    }
+    if let Some(wrong) = quantifiers::too_wide(&goal, rules.domain) {
+        return Err(wrong);
+    }
+    let instances_of = |goal: &Condition| instances(goal, rules, false);
+    let denied = instances(&goal, rules, true);
+    if let Some(atom) = instances_of(&goal).iter().find(|atom| denied.contains(atom)) {
+        return Err(format!("it asks for {atom} and for (not {atom})"));
     }
     let Some(language) = rules.language else { return Ok(Judged::Good(goal)) };
     if let Some(circle) = instruction::first_circle(&repair::ground_atoms(&goal), &language.acyclic)
@@ -69,7 +79,7 @@ pub(super) fn judged(
     if !contradictions.is_empty() {
         return Err(told(&contradictions).join("\n"));
     }
-    let instances = instances(&repaired, rules);
+    let instances = instances_of(&repaired);
     for (idx, later) in instances.iter().enumerate() {
         let mut earlier = instances[..idx].iter();
         let excluding =
@@ -85,38 +95,69 @@ pub(super) fn judged(
     Ok(Judged::Repairable { goal: repaired, wrong: dropped.join("\n"), dropped })
 }
 
-/// The atoms that a goal asks for of the objects that are seen or named, quantifiers over one
-/// variable included.
-fn instances(goal: &Condition, rules: &Rules<'_>) -> Vec<Atom> {
+/// The atoms that a goal asks for, or with `is_denied` those that it forbids, of the objects that are seen
+/// or named, quantifiers included.
+fn instances(goal: &Condition, rules: &Rules<'_>, is_denied: bool) -> Vec<Atom> {
     let named = named_objects(goal);
     let is_there = |o: &&Typed| named.contains(&o.name) || !rules.unseen.contains(o);
     let objects: Vec<&Typed> = rules.objects.iter().filter(is_there).collect();
-    let mut atoms = repair::ground_atoms(goal);
-    let mut open = vec![goal];
-    while let Some(condition) = open.pop() {
+    let mut atoms = Vec::new();
+    let mut open = vec![(goal.clone(), true)];
+    while let Some((condition, is_wished)) = open.pop() {
+        if atoms.len() >= INSTANCES_MAX || open.len() >= INSTANCES_MAX {
+            break;
+        }
         match condition {
-            Condition::And(parts) => open.extend(parts),
-            Condition::Forall(variables, body) => {
-                let [variable] = variables.as_slice() else { continue };
-                let fitting = objects.iter();
-                let fitting =
-                    fitting.filter(|o| rules.domain.types.fits(&o.types, &variable.types));
-                let with = fitting.flat_map(|o| {
-                    let binding = Bindings::from([(variable.name.clone(), o.name.clone())]);
-                    repair::ground_atoms(&substitute(body, &binding))
-                });
-                atoms.extend(with.take(INSTANCES_MAX - atoms.len().min(INSTANCES_MAX)));
+            Condition::And(parts) if is_wished => {
+                open.extend(parts.into_iter().map(|part| (part, true)));
+            }
+            Condition::Or(parts) if !is_wished => {
+                open.extend(parts.into_iter().map(|part| (part, false)));
+            }
+            Condition::Not(inner) => open.push((*inner, !is_wished)),
+            Condition::Atom(_) if is_wished != is_denied => {
+                atoms.extend(repair::ground_atoms(&condition));
+            }
+            Condition::Forall(variables, body) if is_wished => {
+                open.extend(bound(&variables, &body, &objects, rules).map(|body| (body, true)));
+            }
+            Condition::Exists(variables, body) if !is_wished => {
+                open.extend(bound(&variables, &body, &objects, rules).map(|body| (body, false)));
             }
             Condition::True
             | Condition::False
             | Condition::Atom(_)
             | Condition::Equal(..)
-            | Condition::Not(_)
+            | Condition::And(_)
             | Condition::Or(_)
+            | Condition::Forall(..)
             | Condition::Exists(..) => {}
         }
     }
+    // In the order of the goal, as far as it was opened from its end.
+    atoms.reverse();
     atoms
+}
+
+/// The body for every object that the first variable may be; further variables stay for later.
+fn bound<'a>(
+    variables: &'a [Typed],
+    body: &'a Condition,
+    objects: &'a [&'a Typed],
+    rules: &'a Rules<'a>,
+) -> impl Iterator<Item = Condition> + 'a {
+    let (first, rest) = match variables.split_first() {
+        Some((first, rest)) => (Some(first), rest),
+        None => (None, variables),
+    };
+    let fits =
+        move |o: &&&Typed| first.is_some_and(|v| rules.domain.types.fits(&o.types, &v.types));
+    objects.iter().filter(fits).map(move |o| {
+        let name = first.map(|variable| variable.name.clone());
+        let binding: Bindings = name.map(|name| (name, o.name.clone())).into_iter().collect();
+        let body = substitute(body, &binding);
+        if rest.is_empty() { body } else { Condition::Forall(rest.to_vec(), Box::new(body)) }
+    })
 }
 
 /// Whether any atom stands in a condition.
@@ -129,38 +170,6 @@ fn has_atom(condition: &Condition) -> bool {
         }
         Condition::And(parts) | Condition::Or(parts) => parts.iter().any(has_atom),
     }
-}
-
-/// The PDDL in an answer, which may stand in a fence, in JSON, after a model's thoughts or between
-/// sentences.
-fn goal_text(answer: &ChatResponse, form: ChatForm) -> Result<String, String> {
-    let text = answer.text.rsplit("</think>").next().unwrap_or_default();
-    let text = fenced(text).trim();
-    let cut = if answer.is_cut { " (the answer was too long and has been cut)" } else { "" };
-    if text.is_empty() {
-        return Err(format!("the answer is empty{cut}"));
-    }
-    let text = if text.starts_with('{') || form == ChatForm::Json && !text.starts_with('(') {
-        let parsed: Result<serde_json::Value, _> = serde_json::from_str(text);
-        let value = parsed.map_err(|e| format!("expected JSON {{\"goal\": \"…\"}}: {e}{cut}"))?;
-        let goal = value.get("goal").and_then(serde_json::Value::as_str);
-        goal.ok_or("expected JSON with a text \"goal\"")?.to_owned()
-    } else {
-        text.to_owned()
-    };
-    let start = text.find('(').ok_or_else(|| format!("expected (and …), got no form{cut}"))?;
-    let end = text.rfind(')').filter(|end| *end > start);
-    let end = end.ok_or_else(|| format!("expected (and …), got an open form{cut}"))?;
-    Ok(text[start..=end].to_owned())
-}
-
-/// What stands in the first fence, or everything.
-fn fenced(text: &str) -> &str {
-    let Some((_, rest)) = text.split_once("```") else { return text };
-    let inside = rest.split("```").next().unwrap_or(rest);
-    // The first line of a fence may name a language.
-    let first = inside.lines().next().unwrap_or_default();
-    if first.contains(['(', '{']) { inside } else { inside.get(first.len()..).unwrap_or_default() }
 }
 
 #[cfg(test)]
@@ -229,12 +238,44 @@ mod tests {
             ("(on a d)", "The objects are: a, b, c."),
             ("(over a b)", "over"),
             ("(forall (?x - cube) (clear ?x))", "cube"),
-            ("(and (on a b) (on b c)) (clear a)", "goal:1:"),
+            ("(and (on a b) (on b c)) (clear a)", "holds several goals"),
             ("(and)", "asks for nothing"),
             ("(and (on a b) (on b a))", "circle"),
             ("(and (on a b) (on a c))", "a block stands on one block only"),
             ("(and (forall (?x - block) (on ?x c)))", "a block carries one block only"),
             ("(and (on b c) (forall (?x - block) (and (on a ?x) (clear c))))", "excludes"),
+        ] {
+            check(answer, ChatForm::Grammar, Err(wanted));
+        }
+    }
+
+    #[test]
+    fn several_goals_are_a_question_back() {
+        for (answer, wanted) in [
+            ("```pddl\n(on a b)\n```\nor\n```\n(on b a)\n```", "holds several goals"),
+            ("Either (on a b) or (clear c).", "holds several goals"),
+            ("(on a b)\n(clear a)", "holds several goals"),
+            ("First I thought (on b a), so:\n```\n(on a b)\n```", "holds several goals"),
+        ] {
+            check(answer, ChatForm::Grammar, Err(wanted));
+        }
+        for answer in [
+            "```\n(on a b)\n```\nOnce more:\n```\n(on  a b)\n```",
+            "```\n(on a b)\n```\nHere (on a b) says that a stands on b (see above).",
+            "(on a b) (on a b)",
+        ] {
+            check(answer, ChatForm::Grammar, Ok("(on a b)"));
+        }
+    }
+
+    #[test]
+    fn denials_and_wide_quantifiers_are_told() {
+        for (answer, wanted) in [
+            ("(and (on a b) (not (on a b)))", "(on a b) and for (not (on a b))"),
+            ("(and (on a b) (forall (?x - block) (not (on ?x b))))", "for (not (on a b))"),
+            ("(and (clear a) (not (exists (?x - block) (clear ?x))))", "for (not (clear a))"),
+            ("(forall (?x) (ontable ?x))", "write (?x - block)"),
+            ("(forall (?x - object) (or (clear ?x) (ontable ?x)))", "?x ranges over every object"),
         ] {
             check(answer, ChatForm::Grammar, Err(wanted));
         }
