@@ -140,14 +140,18 @@ async fn ask(
     } else {
         return Ok(Ok(None));
     };
+    if !settled && read.as_ref().err().is_some_and(GoalError::depends_on_facts) {
+        return Ok(Ok(None));
+    }
     Ok(read.map(|parsed| {
         if !settled {
             return None;
         }
         for note in &parsed.notes {
-            tracing::info!(note, "goal");
+            tracing::warn!(note, "goal");
         }
-        Some(GoalMessage::new(parsed.goal, parsed.expected, &scene.typed_objects()))
+        let ParsedGoal { goal, expected, said, .. } = parsed;
+        Some(GoalMessage { said, ..GoalMessage::new(goal, expected, &scene.typed_objects()) })
     }))
 }
 

@@ -10,16 +10,17 @@ use super::{ActorError, Checkpoint, CommandLine, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Silence};
 use crate::messages::{
-    CommandKind, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, PlanMessage,
-    RobotState,
+    CommandKind, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, GoalUpdate,
+    PlanMessage, RobotState,
 };
 use crate::scene::{FrameRef, Scene};
 use crate::transport::convert::{
-    WireContext, decision_to_wire, dispatch_to_wire, end_to_wire, event_to_wire, outcome_to_wire,
-    plan_from_wire, scene_from_wire, status_from_wire,
+    WireContext, decision_to_wire, dispatch_to_wire, end_to_wire, event_to_wire, goal_from_wire,
+    outcome_to_wire, plan_from_wire, scene_from_wire, status_from_wire,
 };
 use crate::transport::topics::{
-    CONTROL, DECISION, DISPATCH, EVENT, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_STATUS, SCENE, VERDICT,
+    CONTROL, DECISION, DISPATCH, EVENT, GOAL, OUTCOME, PLAN, RELIABLE_DEPTH, ROBOT_STATUS, SCENE,
+    VERDICT,
 };
 use crate::transport::wire::{
     ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord, SceneRecord,
@@ -76,9 +77,12 @@ pub struct SkillExecutorMemory {
     requests: Requests,
     last_cycle: Option<u64>,
     last_status: Option<Handled>,
+    /// Whether people have been told the goal.
+    is_goal_told: bool,
 }
 
 struct Ports {
+    goals: Subscriber<TaskHeader, u8>,
     plans: Subscriber<TaskHeader, StepRecord>,
     scenes: Subscriber<TaskHeader, SceneRecord>,
     states: RobotStates,
@@ -98,6 +102,7 @@ struct Ports {
 pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
     let mut ports = Ports {
+        goals: bus.subscriber(&GOAL, Depth::newest())?,
         plans: bus.subscriber(&PLAN, Depth::newest())?,
         scenes: bus.subscriber(&SCENE, Depth::newest())?,
         states: RobotStates::open(bus, args.clock)?,
@@ -150,6 +155,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         }
         args.monitor.message("skill_executor").await;
         let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
+        memory.tell_goal(&args, &mut ports, plan.cause)?;
         let sequence = memory.publish(&args, &ports, &decision)?;
         memory.tell(&args, &ports, (&plan, sequence), &decision)?;
         args.checkpoint.store(memory.clone());
@@ -240,6 +246,25 @@ impl SkillExecutorMemory {
         };
         let input = CycleInput { scene, plan, robot, robot_age_ns, statuses: &statuses, now_ns };
         Ok(Some(self.executive.on(&args.config, &input)))
+    }
+
+    /// Tells people the goal once, before anything moves for it.
+    fn tell_goal(
+        &mut self,
+        args: &SkillExecutorArgs,
+        ports: &mut Ports,
+        cause: FrameRef,
+    ) -> Result<(), ActorError> {
+        if self.is_goal_told {
+            return Ok(());
+        }
+        let read = |m: Received<_, _>| goal_from_wire(m.header(), m.records(), &args.context);
+        let Some(GoalUpdate::Known(goal)) = ports.goals.drain_newest_of(read)? else {
+            return Ok(());
+        };
+        self.is_goal_told = true;
+        let event = Event::Goal { goal: goal.goal.to_string(), said: goal.said };
+        self.event(args, ports, cause, event)
     }
 
     fn publish(

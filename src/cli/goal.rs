@@ -39,6 +39,9 @@ pub(super) struct Args {
     /// The options of what reads the goal: a TOML file with what `[goal.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
+    /// Tells the reading back in the domain's words, too, clause by clause.
+    #[arg(long)]
+    explain: bool,
     #[command(flatten)]
     services: ServiceArgs,
     /// Writes one JSON object to standard output, and nothing else there.
@@ -121,7 +124,7 @@ fn object(text: &str) -> Option<(Name, Name, Option<PixelBox>)> {
 }
 
 fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
-    let ParsedGoal { goal, phrases, expected, notes, said: _ } = parsed;
+    let ParsedGoal { goal, phrases, expected, notes, said } = parsed;
     if args.json {
         let phrase = |p: &Phrase| GoalPhrase { text: p.text.clone(), means: means(&p.means) };
         let object = |typed: &Typed| ExpectedObject {
@@ -133,9 +136,13 @@ fn report(args: &Args, parsed: &ParsedGoal) -> Result<(), Failure> {
             phrases: phrases.iter().map(phrase).collect(),
             expected: expected.iter().map(object).collect(),
             notes: notes.clone(),
+            said: said.clone(),
         });
     }
     out::line(&format!("goal     {goal}"));
+    for clause in said.iter().filter(|_| args.explain) {
+        out::line(&format!("said     {clause}"));
+    }
     for phrase in phrases {
         out::line(&format!("phrase   \"{}\": {}", phrase.text, means(&phrase.means)));
     }

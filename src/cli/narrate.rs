@@ -102,6 +102,12 @@ impl Narrator {
             Told { mark, code, text_code: None, paragraphs }
         };
         match event {
+            Event::Goal { goal, said } => {
+                // In full: a person is to see what is going to be done.
+                let told = [said.join(", "), goal.clone()].into_iter().filter(|t| !t.is_empty());
+                let paragraphs = told.map(Text::Words).collect();
+                Told { mark: "goal", code: "1", text_code: None, paragraphs }
+            }
             Event::State { facts, unknown, constrained } => {
                 let paragraphs = self.state(facts, unknown, constrained);
                 Told { mark: "state", code: "2", text_code: None, paragraphs }

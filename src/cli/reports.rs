@@ -218,6 +218,8 @@ pub(super) struct GoalReport {
     pub(super) expected: Vec<ExpectedObject>,
     /// What the goal source has to say about its answer.
     pub(super) notes: Vec<String>,
+    /// The goal told back in the domain's words, one clause each; empty where its source has no words.
+    pub(super) said: Vec<String>,
 }
 
 /// A phrase of an instruction.

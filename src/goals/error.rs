@@ -75,7 +75,11 @@ impl GoalError {
         let Self::Instruction { reason } = self else { return false };
         matches!(
             reason.reason,
-            Reason::NoneFits { .. } | Reason::CannotTell { .. } | Reason::Ambiguous { .. }
+            Reason::NoneFits { .. }
+                | Reason::CannotTell { .. }
+                | Reason::Ambiguous { .. }
+                | Reason::TwoReadings { .. }
+                | Reason::WrongNumber { .. }
         )
     }
 

@@ -12,6 +12,13 @@ use crate::scene::FrameRef;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
+    /// The goal is known, and stays as it is. Told before anything moves.
+    Goal {
+        /// The goal as PDDL.
+        goal: String,
+        /// The same in the domain's words, one clause each; none where its source has no words.
+        said: Vec<String>,
+    },
     /// The believed state has changed (or is known for the first time).
     State {
         /// All facts that hold.
@@ -92,6 +99,8 @@ pub struct EventMessage {
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Goal { goal, said } if said.is_empty() => write!(f, "goal: {goal}"),
+            Self::Goal { goal, said } => write!(f, "goal: {}: {goal}", said.join(", ")),
             Self::State { facts, unknown, .. } => {
                 write!(f, "state: {}", list(facts))?;
                 if unknown.is_empty() { Ok(()) } else { write!(f, ", unknown: {}", list(unknown)) }

@@ -16,6 +16,8 @@ pub struct GoalMessage {
     pub goal: Condition,
     /// Objects that the goal names.
     pub named: Vec<Typed>,
+    /// The goal in the domain's words, one clause each, for people; none where its source has no words.
+    pub said: Vec<String>,
 }
 
 /// What the goal parser says of a scene.
@@ -36,7 +38,7 @@ impl GoalMessage {
         let names = named_objects(&goal);
         let mut named: BTreeSet<Typed> = expected.into_iter().collect();
         named.extend(seen.iter().filter(|typed| names.contains(&typed.name)).cloned());
-        Self { goal, named: named.into_iter().collect() }
+        Self { goal, named: named.into_iter().collect(), said: Vec::new() }
     }
 }
 

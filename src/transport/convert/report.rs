@@ -132,6 +132,10 @@ fn from_json<T: DeserializeOwned>(field: &'static str, payload: &[u8]) -> Result
 
 fn check_event(event: &Event, context: &WireContext) -> Result<(), WireError> {
     match event {
+        Event::Goal { goal, said } => {
+            check_text(goal)?;
+            said.iter().try_for_each(|clause| check_text(clause))
+        }
         Event::State { facts, unknown, constrained } => {
             let mut atoms = facts.iter().chain(unknown).chain(constrained);
             atoms.try_for_each(|atom| check_atom(atom, context))

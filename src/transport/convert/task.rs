@@ -319,6 +319,9 @@ pub fn outcome_from_wire(
     })
 }
 
+/// Before each clause of the goal in words: a comment of the PDDL.
+const SAID: &str = ";; said: ";
+
 /// Writes what is known of the goal: as a PDDL problem without facts, whose objects are those that
 /// the goal names; nothing while it is not known.
 pub fn goal_to_wire(update: &GoalUpdate, context: &WireContext) -> (TaskHeader, Vec<u8>) {
@@ -339,7 +342,8 @@ pub fn goal_to_wire(update: &GoalUpdate, context: &WireContext) -> (TaskHeader, 
         goal: goal.goal.clone(),
         minimise_cost: false,
     };
-    let text = pddl::print_problem(&problem);
+    let said: String = goal.said.iter().map(|clause| format!("{SAID}{clause}\n")).collect();
+    let text = said + &pddl::print_problem(&problem);
     (context.header(&FrameRef::default()), text.into_bytes())
 }
 
@@ -366,5 +370,6 @@ pub fn goal_from_wire(
     let parsed = pddl::parse_problem(&source, &context.domain)
         .map_err(|e| WireError::new("goal", "a PDDL goal", e.render()))?;
     let named: Vec<Typed> = parsed.value.objects;
-    Ok(GoalUpdate::Known(GoalMessage { goal: parsed.value.goal, named }))
+    let said = text.lines().map_while(|line| line.strip_prefix(SAID)).map(str::to_owned).collect();
+    Ok(GoalUpdate::Known(GoalMessage { goal: parsed.value.goal, named, said }))
 }

@@ -21,6 +21,7 @@ fn events() -> Vec<Event> {
     let reason = "the gripper is empty: \"nothing\" – 5 µm".to_owned();
     let failure = ReplanCause::Failure { step: step(), reason: reason.clone() };
     vec![
+        Event::Goal { goal: "(on a b)".to_owned(), said: vec!["a on b".to_owned()] },
         Event::State { facts: vec![atom("a")], unknown: vec![atom("b")], constrained: Vec::new() },
         Event::Plan { steps: vec![step(), step()], cost: 7 },
         Event::Started { step: step() },
