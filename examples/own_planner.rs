@@ -14,7 +14,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use groundloop::logic::{Facts, Universe, bind, effects, evaluate};
-use groundloop::pddl::{Action, Atom, SourceText, Step, Typed, parse_domain, parse_problem};
+use groundloop::pddl::{
+    Action, Atom, Number, SourceText, Step, Typed, parse_domain, parse_problem,
+};
 use groundloop::planners::{PlanQuery, Planner};
 use groundloop::planning::{
     Outcome, Plan, PlanAnswer, PlanRequest, Proof, Statistics, Validation, validate,
@@ -100,7 +102,7 @@ fn plan_to(state: &State, came_from: &CameFrom) -> Plan {
     Plan {
         steps: steps.into(),
         cost,
-        cost_scale: 1,
+        cost_unit: Number::ONE,
         penalty: 0,
         lower_bound: cost,
         proven_optimal: true,

@@ -56,7 +56,7 @@ fn read(domain: &SourceText, problem: &SourceText) -> (Domain, Problem) {
 fn cost(domain: &Domain, request: &PlanRequest<'_>, outcome: &Outcome) -> Option<f64> {
     let Outcome::Solved(plan) = outcome else { return None };
     match validate(domain, request, &plan.steps) {
-        Validation::Valid { cost } => Some(cost),
+        Validation::Valid { cost } => Some(cost.to_f64()),
         Validation::Invalid { reason, .. } => panic!("{reason}"),
     }
 }

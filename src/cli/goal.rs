@@ -12,7 +12,7 @@ use crate::goals::{GOALS, GoalInputs, GoalObject, GoalView, ParsedGoal, Phrase, 
 use crate::logic::Facts;
 use crate::parts::{PartChoice, PartContext};
 use crate::pddl::{Atom, Name, SourceText, Typed, parse_facts, parse_problem};
-use crate::run::{ConfigError, DomainFolder, environment, read_text};
+use crate::run::{ConfigError, DomainFolder, environment, read_pddl, read_text};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -62,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     }
     let mut known: Option<BTreeSet<Atom>> = None;
     if let Some(path) = &args.problem {
-        let source = SourceText { name: path.display().to_string(), text: read_text(path)? };
+        let source = read_pddl(path)?;
         let problem = parse_problem(&source, &folder.domain)?.value;
         known = Some(problem.init.into_iter().collect());
         let typed = problem.objects.into_iter().filter_map(|typed| {

@@ -12,7 +12,7 @@ use crate::pddl::{
 };
 use crate::planners::{PLANNERS, PlanQuery, Planner, PlannerInputs};
 use crate::planning::{Budget, Outcome, Plan, PlanRequest, Proof, Validation, validate};
-use crate::run::{ConfigError, environment, given_domain, read_text};
+use crate::run::{ConfigError, environment, given_domain, read_pddl};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -60,12 +60,12 @@ fn domain_source(domain: &Path) -> Result<SourceText, Failure> {
         return source(domain);
     }
     let file = given_domain(domain)?.file("domain.pddl");
-    Ok(SourceText { name: file.to_string(), text: file.text().map_err(ConfigError::from)? })
+    Ok(SourceText::decode(file.to_string(), file.bytes().map_err(ConfigError::from)?)?)
 }
 
 /// Reads a PDDL file.
 pub(super) fn source(path: &Path) -> Result<SourceText, Failure> {
-    Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
+    Ok(read_pddl(path)?)
 }
 
 /// Says what is odd about a text.
@@ -91,7 +91,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         }
     }
     if args.json {
-        let scaled = |p: &Plan, cost: u64| cost as f64 / p.cost_scale as f64;
+        let scaled = |p: &Plan, cost: u64| p.in_full(cost).to_f64();
         let microseconds = |from: u64, to: u64| (to - from) / 1000;
         out::json(&PlanReport {
             verdict: outcome.word(),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::plan::{Task, read_task, source};
 use super::reports::ValidationReport;
 use super::{Failure, exit, out};
-use crate::pddl::parse_plan;
+use crate::pddl::{Number, parse_plan};
 use crate::planning::{PlanRequest, Validation, validate};
 
 #[derive(Debug, clap::Args)]
@@ -38,6 +38,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             None => (None, None),
         };
         let (valid, steps) = (wrong.is_none(), steps.len());
+        let cost = cost.map(Number::to_f64);
         out::json(&ValidationReport { valid, cost, steps, step_idx, reason })?;
     } else {
         match (&wrong, cost) {
@@ -46,7 +47,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             }
             (Some((None, reason)), _) => out::line(&format!("plan invalid: {reason}")),
             (None, cost) => {
-                let (n, cost) = (steps.len(), cost.unwrap_or(0.0));
+                let (n, cost) = (steps.len(), cost.unwrap_or_default());
                 out::line(&format!("plan valid: {n} steps, cost {cost}"));
             }
         }

@@ -192,7 +192,13 @@ impl FileRef {
     /// [`FileError`] when it is not there, cannot be read, or is no UTF-8.
     pub fn text(&self) -> Result<String, FileError> {
         let fault = |reason: String| FileError { file: self.to_string(), reason };
-        String::from_utf8(self.bytes()?).map_err(|error| fault(error.to_string()))
+        String::from_utf8(self.bytes()?).map_err(|error| {
+            let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
+            let before = String::from_utf8_lossy(&bytes[..at]);
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            fault(format!("line {line}, column {column}: expected UTF-8, got 0x{:02x}", bytes[at]))
+        })
     }
 }
 

@@ -10,6 +10,8 @@ mod demand;
 pub use demand::Demand;
 pub use extension::{Extension, derive};
 pub use facts::Facts;
-pub use semantics::{Changes, Universe, bind, effects, evaluate, mentioned_unknowns, unsatisfied};
+pub use semantics::{
+    Changes, CostError, Universe, bind, cost_of, effects, evaluate, mentioned_unknowns, unsatisfied,
+};
 pub use truth::Truth;
 pub use variables::{Bindings, speaks_of_all, substitute};

@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::Name;
+use super::{Name, Number};
 
 /// A ground atom: a predicate over objects.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -103,8 +103,8 @@ pub enum Condition {
 /// What an action adds to `total-cost`.
 #[derive(Debug, Clone, PartialEq, PartialOrd)]
 pub enum CostTerm {
-    /// A constant of the text; PDDL has no integers of their own.
-    Number(f64),
+    /// A constant of the text.
+    Number(Number),
     /// A function of the action's parameters, given by the problem.
     Function(Literal),
 }
@@ -256,7 +256,7 @@ pub struct Problem {
     /// What holds at first; repeated facts count once.
     pub init: BTreeSet<Atom>,
     /// Values of numeric functions (`(= (distance a b) 3)`).
-    pub costs: BTreeMap<Atom, f64>,
+    pub costs: BTreeMap<Atom, Number>,
     /// What must hold in the end.
     pub goal: Condition,
     /// Whether `(:metric minimize (total-cost))` is asked for.

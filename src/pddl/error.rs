@@ -92,6 +92,8 @@ pub struct Parsed<T> {
 
 /// Longest part of a source line shown in a message, in characters.
 const SHOWN_LINE_CHARS_MAX: usize = 120;
+/// What ends a line, alone or together.
+const LINE_ENDS: [char; 2] = ['\n', '\r'];
 /// How a tab is shown.
 const TAB: &str = "    ";
 
@@ -101,14 +103,17 @@ impl SourcePosition {
         let text = &source.text;
         let start = floor_char_boundary(text, span.start);
         let end = floor_char_boundary(text, span.end).max(start);
-        let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
-        let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
+        let line_start = text[..start].rfind(LINE_ENDS).map_or(0, |i| i + 1);
+        let line_end = text[start..].find(LINE_ENDS).map_or(text.len(), |i| start + i);
+        // `\r\n` ends one line, not two.
+        let before = &text[..line_start];
+        let n_ends = before.matches(LINE_ENDS).count() - before.matches("\r\n").count();
         Self {
             file: source.name.clone(),
-            line: text[..start].matches('\n').count() + 1,
+            line: n_ends + 1,
             column: text[line_start..start].chars().count() + 1,
             span: Span { start, end },
-            line_text: text[line_start..line_end].trim_end_matches('\r').to_owned(),
+            line_text: text[line_start..line_end].to_owned(),
         }
     }
 
@@ -220,6 +225,20 @@ mod tests {
             rendered("x\n\té (größe y)\n", "größe"),
             "a.pddl:2:5: error: no\n --> in action a\n  |\n2 |     é (größe y)\n  |        ^^^^^\n  = help: write b\n"
         );
+    }
+
+    #[test]
+    fn every_line_ending_counts_once() {
+        let line = |text: &str| {
+            let start = text.find('x').unwrap();
+            let place =
+                SourcePosition::new(&SourceText::new("a", text), Span { start, end: start });
+            (place.line, place.column, place.line_text)
+        };
+        for text in ["a\nb\n x", "a\r\nb\r\n x", "a\rb\r x", "a\r\rb x"] {
+            let expected = if text.contains("b x") { (3, 3, "b x") } else { (3, 2, " x") };
+            assert_eq!(line(text), (expected.0, expected.1, expected.2.to_owned()), "{text:?}");
+        }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! PDDL: text to a checked, typed tree and back.
 
 mod name;
+mod number;
 mod ast;
 mod error;
+mod decode;
 mod sexpr;
 mod check;
 pub(crate) mod strata;
@@ -15,6 +17,7 @@ pub use ast::{
 };
 pub use error::{ErrorKind, Parsed, PddlError, SourcePosition, SourceText, Span, Warning};
 pub use name::Name;
+pub use number::{NUMBER_DIGITS_MAX, Number};
 pub use parse::{parse_domain, parse_facts, parse_goal, parse_plan, parse_problem, parse_rules};
 pub use print::{print_domain, print_problem};
 pub use sexpr::{NESTING_MAX, SOURCE_BYTES_MAX};

@@ -158,6 +158,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::pddl::Number;
     use crate::pddl::{Atom, SourceText, Term, Types, parse_domain, parse_problem};
 
     const PREDICATES: [(&str, &[&str]); 4] =
@@ -270,7 +271,11 @@ mod tests {
         let names = vec![Name::from("x")];
         let either = Typed { name: "e".into(), types: vec!["u".into(), "v".into()] };
         let far = Literal { predicate: "far".into(), args: vec![Term::Var("x".into())] };
-        let costs = [CostTerm::Number(2.5), CostTerm::Number(0.0), CostTerm::Function(far)];
+        let costs = [
+            CostTerm::Number(Number::new(25, 1)),
+            CostTerm::Number(Number::default()),
+            CostTerm::Function(far),
+        ];
         let costs = prop::sample::select(costs.map(Effect::Cost).to_vec());
         (condition(names.clone(), 3), effect(names, 3), costs).prop_map(move |(c, e, cost)| {
             Action {
@@ -304,16 +309,16 @@ mod tests {
         }
 
         #[test]
-        fn a_printed_problem_reads_back(goal in condition(vec![], 4), cost in 0.0..1e12) {
+        fn a_printed_problem_reads_back(goal in condition(vec![], 4), (mantissa, decimals) in (any::<i64>(), 0..20_u32)) {
             let domain = vocabulary();
             let problem = Problem {
                 name: "one".into(),
                 domain: "d".into(),
                 objects: vec![Typed::new("o", "t"), Typed { name: "any".into(), types: vec![] }],
                 init: [Atom::new("p", &[]), Atom::new("at", &["o", "c"])].into(),
-                costs: [(Atom::new("far", &["o"]), cost)].into(),
+                costs: [(Atom::new("far", &["o"]), Number::new(mantissa.into(), decimals))].into(),
                 goal,
-                minimise_cost: cost > 1.0,
+                minimise_cost: mantissa > 1,
             };
             let source = SourceText::new("printed", print_problem(&problem));
             let read = parse_problem(&source, &domain);

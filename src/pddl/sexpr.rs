@@ -115,7 +115,15 @@ pub(super) fn read(source: &SourceText) -> Result<Vec<Node<'_>>, PddlError> {
                 };
                 Node { span: Span { start, end: span.end }, kind: NodeKind::List(members) }
             }
-            word => Node { span, kind: NodeKind::Word(word) },
+            word => {
+                if let Some((at, got, help)) = no_pddl(word) {
+                    let start = span.start + at;
+                    let span = Span { start, end: start + 1 };
+                    let message = format!("expected PDDL, got {got}");
+                    return Err(PddlError { help: Some(help.to_owned()), ..error(span, message) });
+                }
+                Node { span, kind: NodeKind::Word(word) }
+            }
         };
         open.last_mut().map_or(&mut top, |(_, members)| members).push(node);
     }
@@ -127,6 +135,19 @@ pub(super) fn read(source: &SourceText) -> Result<Vec<Node<'_>>, PddlError> {
             Err(error(span, message.to_owned()))
         }
     }
+}
+
+/// What no word of PDDL holds: where it begins, how it is called, and what to do about it.
+fn no_pddl(word: &str) -> Option<(usize, &'static str, &'static str)> {
+    const NONE: [(&str, &str, &str); 2] = [
+        (
+            "```",
+            "a Markdown fence",
+            "give the PDDL alone, without the fences and the text around it",
+        ),
+        (",", "a comma", "names are separated by spaces: leave out the comma"),
+    ];
+    NONE.iter().find_map(|&(what, got, help)| Some((word.find(what)?, got, help)))
 }
 
 /// Splits a text into parentheses and words; `;` starts a comment that ends with the line.
@@ -149,13 +170,18 @@ impl<'s> Iterator for Tokens<'s> {
                     continue;
                 }
                 ';' => {
-                    self.at += rest.find('\n').unwrap_or(rest.len());
+                    self.at += rest.find(['\n', '\r']).unwrap_or(rest.len());
                     continue;
                 }
                 '(' | ')' => 1,
-                _ => rest
-                    .find(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ';' | '\u{feff}'))
-                    .unwrap_or(rest.len()),
+                // A question mark begins a word, as in `(p?x)`.
+                first => {
+                    let ends = |c: char| {
+                        c.is_whitespace() || matches!(c, '(' | ')' | ';' | '?' | '\u{feff}')
+                    };
+                    let after = first.len_utf8();
+                    rest[after..].find(ends).map_or(rest.len(), |at| after + at)
+                }
             };
             let span = Span { start: self.at, end: self.at + len };
             self.at += len;
@@ -187,6 +213,8 @@ mod tests {
         assert_eq!(shape("\u{feff}(a(b)c;x)(\n d) e").unwrap(), "[a [b] c d] e");
         assert_eq!(shape(":precondition(and\t(p))").unwrap(), ":precondition [and [p]]");
         assert_eq!(shape("; only a comment").unwrap(), "");
+        assert_eq!(shape("(p?x?y - t)").unwrap(), "[p ?x ?y - t]");
+        assert_eq!(shape("a ; one\rb ; two\r\nc ; three\nd").unwrap(), "a b c d");
     }
 
     #[test]

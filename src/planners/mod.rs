@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use crate::parts::{Registry, Role};
-use crate::pddl::{Atom, Condition, Domain, Step, Typed};
+use crate::pddl::{Atom, Condition, Domain, Number, Step, Typed};
 use crate::planning::{Budget, PlanAnswer, PlanRequest, Solver};
 
 pub use config::{PlannerConfig, TableConfig};
@@ -26,7 +26,7 @@ pub struct PlanQuery<'a> {
     /// What must hold after the last step.
     pub goal: &'a Condition,
     /// What fluents add to the costs of actions.
-    pub costs: &'a BTreeMap<Atom, f64>,
+    pub costs: &'a BTreeMap<Atom, Number>,
     /// Whether these costs count; if not, plans are as cheap as they are short.
     pub minimise_cost: bool,
     /// Extra cost of single steps: those that have failed before.
@@ -58,7 +58,7 @@ impl fmt::Debug for Deadlines<'_> {
 }
 
 /// No action has a cost of its own: plans are as cheap as they are short.
-pub static NO_COSTS: BTreeMap<Atom, f64> = BTreeMap::new();
+pub static NO_COSTS: BTreeMap<Atom, Number> = BTreeMap::new();
 
 impl<'a> PlanQuery<'a> {
     /// A question that is put once, and waited for as long as the counted limits allow.

@@ -15,6 +15,7 @@ mod mutex;
 mod heuristics;
 mod search;
 mod solve;
+mod call;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,12 +23,12 @@ pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
 pub use mutex::{MutexGroups, Violation};
 pub use outcome::{Outcome, Phase, Proof, Statistics};
 pub use plan::Plan;
-pub use solve::Solver;
+pub use solve::{Interrupts, Solver};
 pub use task::{Coverage, Task, TaskError, TaskInput};
 pub(crate) use task::{LiteralMask, Operator, StateRegistry, static_predicates};
 pub use validate::{Validation, validate};
 
-use crate::pddl::{Atom, Condition, Domain, Problem, Step, Typed};
+use crate::pddl::{Atom, Condition, Domain, Number, Problem, Step, Typed};
 
 /// One planning problem over a domain.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +40,7 @@ pub struct PlanRequest<'a> {
     /// What must hold at the end.
     pub goal: &'a Condition,
     /// Values of cost functions.
-    pub costs: &'a BTreeMap<Atom, f64>,
+    pub costs: &'a BTreeMap<Atom, Number>,
     /// Whether to minimise `total-cost`; otherwise the number of steps.
     pub minimise_cost: bool,
     /// Costs added to particular steps, in whole units: what keeps failing is worth a detour.
@@ -67,21 +68,35 @@ pub struct PlanAnswer {
     pub statistics: Statistics,
 }
 
-/// Plans once, from scratch: an optimal search within its limit, then a greedy one.
+/// Plans once, from scratch: any plan soon, and a cheapest one where the budget allows.
 ///
 /// The same request gives the same answer, whatever the machine.
 pub fn plan(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> PlanAnswer {
+    plan_until(domain, request, budget, Interrupts { proof: &|| false, all: &|| false })
+}
+
+/// As [`plan`], until it is interrupted: then with the plan that it has.
+pub fn plan_until(
+    domain: &Domain,
+    request: &PlanRequest<'_>,
+    budget: &Budget,
+    interrupts: Interrupts<'_>,
+) -> PlanAnswer {
     let PlanRequest { objects, init, goal, costs, minimise_cost, .. } = *request;
     let input = TaskInput { domain, objects, init, goal, costs, minimise_cost };
-    match Task::new(&input, Coverage::Reachable, &budget.grounding) {
-        Ok(task) => Solver::new(task).solve(init, request.penalties, budget, &|| false),
+    match Task::until(&input, Coverage::Reachable, &budget.grounding, interrupts.all) {
+        Ok(task) => Solver::new(task).solve_until(init, request.penalties, budget, interrupts),
+        Err(TaskError::Interrupted) => {
+            PlanAnswer { outcome: Outcome::Interrupted, statistics: Statistics::default() }
+        }
         Err(TaskError::OutOfBudget { limit, value }) => PlanAnswer {
             outcome: Outcome::OutOfBudget { limit, value },
             statistics: Statistics::default(),
         },
         Err(
             error @ (TaskError::UnknownName { .. }
-            | TaskError::NoCost { .. }
+            | TaskError::Cost(_)
+            | TaskError::CostRange { .. }
             | TaskError::NotStratified(_)),
         ) => PlanAnswer {
             outcome: Outcome::BadInput { reason: error.to_string() },

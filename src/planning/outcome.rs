@@ -145,6 +145,8 @@ pub struct Statistics {
     /// No plan has a smaller `cost + penalty`, in the units of [`Plan::cost`]; 0 when nothing is
     /// known. It is there when no plan was found too.
     pub lower_bound: u64,
+    /// The limit, and its value, that ended the search for a cheapest plan before it had an answer.
+    pub unproven: Option<(&'static str, u64)>,
     /// One entry for each search that ran, in order.
     pub phases: Vec<Phase>,
     /// Processor time of processes that were started for the answer, nanoseconds.
@@ -184,13 +186,14 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pddl::Number;
 
     #[test]
     fn every_outcome_is_told_in_words() {
         let solved = Plan {
             steps: Vec::new(),
             cost: 0,
-            cost_scale: 1,
+            cost_unit: Number::ONE,
             penalty: 0,
             proven_optimal: true,
             lower_bound: 0,

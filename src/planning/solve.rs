@@ -1,14 +1,14 @@
-//! Which searches answer a planning call, and in which order.
+//! A task that is planned for again and again: from any of its states, at any prices.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::sync::OnceLock;
 
-use super::heuristics::{
-    Blind, Databases, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, RelaxedTask,
-};
-use super::search::{self, AStar, End, Limit, Limits};
+use super::call::{Call, CallAnswer};
+use super::heuristics::{Databases, RelaxedTask};
 use super::task::{Formula, Task};
-use super::{Budget, OptimalHeuristic, Outcome, Phase, Plan, PlanAnswer, Proof, Statistics};
+use super::{Budget, Outcome, Phase, Plan, PlanAnswer, Proof, Statistics};
 use crate::pddl::{Atom, Step};
 
 /// Solves one task again and again, from changing states and at changing prices.
@@ -28,6 +28,8 @@ pub(crate) struct SearchAnswer {
     pub(crate) end: SearchEnd,
     /// No plan is cheaper than this; 0 when nothing is known.
     pub(crate) lower_bound: u64,
+    /// The limit that ended the call before its plan was proven cheapest.
+    pub(crate) unproven: Option<(&'static str, u64)>,
     /// One entry for each search that ran.
     pub(crate) phases: Vec<Phase>,
 }
@@ -60,6 +62,22 @@ pub(crate) enum SearchEnd {
     Interrupted,
 }
 
+/// When a call is to end, polled often from the thread that plans.
+#[derive(Clone, Copy)]
+pub struct Interrupts<'a> {
+    /// `true` ends the search for a cheapest plan: what is left of the time goes into finding a plan
+    /// and making it cheaper.
+    pub proof: &'a dyn Fn() -> bool,
+    /// `true` ends the call with what there is.
+    pub all: &'a dyn Fn() -> bool,
+}
+
+impl fmt::Debug for Interrupts<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Interrupts").finish_non_exhaustive()
+    }
+}
+
 impl Solver {
     /// Solves a task; nothing is computed yet.
     pub fn new(task: Task) -> Self {
@@ -77,7 +95,7 @@ impl Solver {
     }
 
     /// The task's pattern databases; none where they do not apply.
-    fn databases(&self) -> Option<&Databases> {
+    pub(super) fn databases(&self) -> Option<&Databases> {
         self.databases.get_or_init(|| Databases::new(&self.task)).as_ref()
     }
 
@@ -92,14 +110,27 @@ impl Solver {
         budget: &Budget,
         interrupt: &dyn Fn() -> bool,
     ) -> PlanAnswer {
+        let interrupts = Interrupts { proof: interrupt, all: interrupt };
+        self.solve_until(init, penalties, budget, interrupts)
+    }
+
+    /// As [`Self::solve`], with an interrupt of the search for a cheapest plan of its own.
+    pub fn solve_until(
+        &self,
+        init: &BTreeSet<Atom>,
+        penalties: &BTreeMap<Step, u32>,
+        budget: &Budget,
+        interrupts: Interrupts<'_>,
+    ) -> PlanAnswer {
         let task = &self.task;
         let penalties = self.penalties(penalties);
         let costs = self.costs(&penalties);
-        let answer = self.search_from(&task.state(init), &costs, budget, interrupt);
+        let answer = self.search_from(&task.state(init), &costs, budget, interrupts);
         let statistics = Statistics {
             n_atoms: task.n_atoms(),
             n_actions: task.n_actions(),
             lower_bound: answer.lower_bound,
+            unproven: answer.unproven,
             phases: answer.phases,
             process_cpu_ns: 0,
         };
@@ -117,7 +148,7 @@ impl Solver {
                         .map(|&a| task.operators[a as usize].step.clone())
                         .collect(),
                     cost: sum(&|a| task.operators[a as usize].cost),
-                    cost_scale: task.cost_scale,
+                    cost_unit: task.cost_unit,
                     penalty: sum(&|a| penalties[a as usize]),
                     lower_bound: answer.lower_bound,
                     proven_optimal,
@@ -129,10 +160,7 @@ impl Solver {
 
     /// The penalty of each operator, in units of cost.
     pub(crate) fn penalties(&self, penalties: &BTreeMap<Step, u32>) -> Vec<u64> {
-        let penalty = |step: &Step| {
-            u64::from(penalties.get(step).copied().unwrap_or(0))
-                .saturating_mul(self.task.cost_scale)
-        };
+        let penalty = |step: &Step| self.task.penalty(penalties.get(step).copied().unwrap_or(0));
         self.task.operators.iter().map(|o| penalty(&o.step)).collect()
     }
 
@@ -143,212 +171,60 @@ impl Solver {
     }
 
     /// Plans from a packed state, completed by the axioms, with the given cost of each operator.
+    ///
+    /// The searches see costs in lowest terms, so that plans do not depend on the unit of cost.
     pub(crate) fn search_from(
         &self,
         state: &[u64],
         costs: &[u64],
         budget: &Budget,
-        interrupt: &dyn Fn() -> bool,
+        interrupts: Interrupts<'_>,
     ) -> SearchAnswer {
-        let mut call = Call { solver: self, state, costs, budget, interrupt, phases: Vec::new() };
-        let (end, lower_bound) = if self.task.goal == Formula::False {
-            (SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
+        let (costs, unit) = in_lowest_terms(costs);
+        let call = Call { solver: self, state, costs: &costs, unit, budget, interrupts };
+        let settled =
+            |end, lower_bound| CallAnswer { end, lower_bound, unproven: None, phases: Vec::new() };
+        let answer = if self.task.goal == Formula::False {
+            settled(SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
         } else if self.task.is_goal(state) {
-            (SearchEnd::Found { operators: Vec::new(), cost: 0, proven_optimal: true }, 0)
+            let proven_optimal = true;
+            settled(SearchEnd::Found { operators: Vec::new(), cost: 0, proven_optimal }, 0)
         } else {
-            let (end, lower_bound) = if budget.optimal_expansions_max > 0 {
-                call.optimal()
-            } else {
-                (SearchEnd::OutOfBudget { limit: OPTIMAL, value: 0 }, 0)
-            };
-            match end {
-                SearchEnd::OutOfBudget { .. } if budget.greedy_expansions_max > 0 => {
-                    call.satisficing(lower_bound)
-                }
-                SearchEnd::Found { .. }
-                | SearchEnd::Exhausted { .. }
-                | SearchEnd::OutOfBudget { .. }
-                | SearchEnd::Interrupted => (end, lower_bound),
-            }
+            call.answer()
         };
-        let mut end = end;
-        if let SearchEnd::Found { cost, proven_optimal, .. } = &mut end {
-            *proven_optimal |= *cost <= lower_bound;
-        }
-        SearchAnswer { end, lower_bound, phases: call.phases }
+        let CallAnswer { end, lower_bound, unproven, phases } = answer;
+        let lower_bound = lower_bound.saturating_mul(unit);
+        SearchAnswer { end: in_full(end, unit), lower_bound, unproven, phases }
     }
 }
 
-/// Name of the limit of the optimal searches.
-const OPTIMAL: &str = "optimal_expansions_max";
-/// How many states the blind search may expand before LM-cut is tried too: some 50 ms.
-const BLIND_FIRST: u64 = 64_000;
-/// About how many expansions of the blind search take as long as one with LM-cut.
-const BLIND_PER_CUT: u64 = 32;
+/// Name of the limit of what a plan may cost, in units of cost.
+pub(super) const COST: &str = "cost_units_max";
 
-/// Builds a heuristic for a task and the actions' costs.
-type Build = for<'a> fn(&'a Solver, &[u64]) -> Box<dyn Heuristic + 'a>;
-
-const BLIND: (&str, Build) =
-    ("astar blind", |solver, costs| Box::new(Blind::new(&solver.task, costs)));
-const MAX: (&str, Build) =
-    ("astar max", |solver, costs| Box::new(Max::new(solver.relaxed(), costs)));
-const LM_CUT: (&str, Build) =
-    ("astar lm-cut", |solver, costs| Box::new(LmCut::new(solver.relaxed(), costs)));
-const PATTERNS: (&str, Build) = ("astar patterns", |solver, costs| match solver.databases() {
-    Some(databases) => Box::new(Patterns(databases)),
-    None => Box::new(Blind::new(&solver.task, costs)),
-});
-
-/// One planning call: what it is asked, and what its searches have done so far.
-struct Call<'a> {
-    solver: &'a Solver,
-    state: &'a [u64],
-    costs: &'a [u64],
-    budget: &'a Budget,
-    interrupt: &'a dyn Fn() -> bool,
-    phases: Vec<Phase>,
-}
-
-impl<'a> Call<'a> {
-    fn limits(&self, expansions_max: u64) -> Limits<'a> {
-        let Budget { states_max, bytes_max, .. } = *self.budget;
-        Limits { expansions_max, states_max, bytes_max, interrupt: self.interrupt }
-    }
-
-    /// A cheapest plan, and a lower bound.
-    fn optimal(&mut self) -> (SearchEnd, u64) {
-        let expansions_max = self.budget.optimal_expansions_max;
-        let mut searches = match self.budget.optimal_heuristic {
-            OptimalHeuristic::Auto | OptimalHeuristic::Blind => vec![self.astar(&BLIND)],
-            OptimalHeuristic::Max => vec![self.astar(&MAX)],
-            OptimalHeuristic::LmCut => vec![self.astar(&LM_CUT)],
-            OptimalHeuristic::Patterns => match self.solver.databases() {
-                Some(_) => vec![self.astar(&PATTERNS)],
-                None => vec![self.astar(&BLIND)],
-            },
-        };
-        let end = if self.budget.optimal_heuristic == OptimalHeuristic::Auto {
-            self.take_turns(&mut searches, expansions_max)
-        } else {
-            searches[0].run(expansions_max)
-        };
-        let lower_bound = searches.iter().map(AStar::lower_bound).max().unwrap_or(0);
-        // The one that ends the call comes last.
-        self.phases.extend(searches.iter().map(AStar::phase));
-        (self.end(end, Ended::Optimal), lower_bound)
-    }
-
-    /// The blind search and, when it takes long, LM-cut beside it. Both keep what they have done.
-    fn take_turns(&self, searches: &mut Vec<AStar<'a>>, expansions_max: u64) -> End {
-        let mut blind_max = BLIND_FIRST.min(expansions_max);
-        let mut cut_max = 0;
-        loop {
-            let end = searches[0].run(blind_max);
-            let is_pause = end == End::Limit(Limit::Expansions);
-            if !is_pause || blind_max + cut_max >= expansions_max {
-                return end;
-            }
-            if searches.len() == 1 {
-                searches.push(self.astar(&LM_CUT));
-            }
-            cut_max = (blind_max / BLIND_PER_CUT).min(expansions_max - blind_max);
-            let end = searches[1].run(cut_max);
-            let is_pause = end == End::Limit(Limit::Expansions);
-            if !is_pause || blind_max + cut_max >= expansions_max {
-                return end;
-            }
-            blind_max = (blind_max * 2).min(expansions_max - cut_max);
+/// Costs divided by their greatest common divisor, and that divisor.
+fn in_lowest_terms(costs: &[u64]) -> (Cow<'_, [u64]>, u64) {
+    let gcd = |a: u64, b: u64| {
+        let (mut a, mut b) = (a, b);
+        while b > 0 {
+            (a, b) = (b, a % b);
         }
-    }
-
-    fn astar(&self, (name, build): &(&'static str, Build)) -> AStar<'a> {
-        let limits = self.limits(self.budget.optimal_expansions_max);
-        let heuristic = (*name, build(self.solver, self.costs));
-        AStar::new(&self.solver.task, self.state, self.costs, heuristic, limits)
-    }
-
-    /// Any plan.
-    fn satisficing(&mut self, mut lower_bound: u64) -> (SearchEnd, u64) {
-        let Solver { task, .. } = self.solver;
-        let limits = self.limits(self.budget.greedy_expansions_max);
-        // One more for each step, so that free actions are not free to pile up.
-        let costs = self.costs.iter().map(|c| c.saturating_add(1)).collect();
-        let mut heuristic = FastForward::new(task, self.solver.relaxed(), costs);
-        let landmarks = Landmarks::new(self.solver.relaxed(), self.state);
-        let (end, phase) = search::greedy(task, self.state, &mut heuristic, landmarks, limits);
-        self.phases.push(phase);
-        let end = match end {
-            End::Found(plan) => {
-                let plan = search::shorten(task, self.state, plan);
-                End::Found(self.improved(plan, &mut lower_bound))
-            }
-            other @ (End::Exhausted(_) | End::Limit(_) | End::Interrupted) => other,
-        };
-        (self.end(end, Ended::Satisficing), lower_bound)
-    }
-
-    /// The plan or a cheaper one, unless it is known to be cheapest.
-    fn improved(&mut self, plan: Vec<u32>, lower_bound: &mut u64) -> Vec<u32> {
-        let expansions_max = self.budget.improve_expansions_max;
-        if expansions_max == 0 || (self.interrupt)() {
-            return plan;
-        }
-        let estimate = LmCut::new(self.solver.relaxed(), self.costs).estimate(self.state);
-        *lower_bound = estimate.unwrap_or(0).max(*lower_bound);
-        if self.cost(&plan) <= *lower_bound {
-            return plan;
-        }
-        let limits = self.limits(expansions_max);
-        let task = (&self.solver.task, self.solver.relaxed());
-        let (plan, phase) = search::improve(task, self.state, self.costs, plan, limits);
-        self.phases.push(phase);
-        plan
-    }
-
-    fn cost(&self, plan: &[u32]) -> u64 {
-        plan.iter().fold(0, |sum, &action| sum.saturating_add(self.costs[action as usize]))
-    }
-
-    fn end(&self, end: End, ended: Ended) -> SearchEnd {
-        match end {
-            // The first state was not even expanded.
-            End::Exhausted(1) if self.phases.last().is_some_and(|p| p.expanded == 0) => {
-                SearchEnd::Exhausted { proof: Proof::RelaxedUnreachable }
-            }
-            End::Exhausted(n_states) => {
-                SearchEnd::Exhausted { proof: Proof::Exhausted { n_states } }
-            }
-            End::Limit(limit) => {
-                let (limit, value) = ended.limit(limit, self.budget);
-                SearchEnd::OutOfBudget { limit, value }
-            }
-            End::Interrupted => SearchEnd::Interrupted,
-            End::Found(operators) => {
-                let cost = self.cost(&operators);
-                SearchEnd::Found { operators, cost, proven_optimal: ended == Ended::Optimal }
-            }
-        }
+        a
+    };
+    match costs.iter().fold(0, |a, &b| gcd(a, b)) {
+        0 | 1 => (Cow::Borrowed(costs), 1),
+        unit => (Cow::Owned(costs.iter().map(|cost| cost / unit).collect()), unit),
     }
 }
 
-/// Which kind of search has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ended {
-    Optimal,
-    Satisficing,
-}
-
-impl Ended {
-    /// Name and value of a limit that was met.
-    fn limit(self, limit: Limit, budget: &Budget) -> (&'static str, u64) {
-        match (limit, self) {
-            (Limit::Expansions, Self::Optimal) => (OPTIMAL, budget.optimal_expansions_max),
-            (Limit::Expansions, Self::Satisficing) => {
-                ("greedy_expansions_max", budget.greedy_expansions_max)
-            }
-            (Limit::States, _) => ("states_max", budget.states_max as u64),
-            (Limit::Bytes, _) => ("bytes_max", budget.bytes_max as u64),
-        }
+/// The end of a search over costs that were divided by `unit`.
+fn in_full(end: SearchEnd, unit: u64) -> SearchEnd {
+    match end {
+        SearchEnd::Found { operators, cost, proven_optimal } => match cost.checked_mul(unit) {
+            Some(cost) => SearchEnd::Found { operators, cost, proven_optimal },
+            None => SearchEnd::OutOfBudget { limit: COST, value: u64::MAX },
+        },
+        other @ (SearchEnd::Exhausted { .. }
+        | SearchEnd::OutOfBudget { .. }
+        | SearchEnd::Interrupted) => other,
     }
 }

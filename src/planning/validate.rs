@@ -1,8 +1,10 @@
 //! Checks plans by direct interpretation of the domain, independently of the planner.
 
 use super::PlanRequest;
-use crate::logic::{Bindings, Changes, Demand, Facts, Universe, bind, effects, unsatisfied};
-use crate::pddl::{Atom, Domain, Step, Typed};
+use crate::logic::{
+    Bindings, Changes, CostError, Demand, Facts, Universe, bind, effects, unsatisfied,
+};
+use crate::pddl::{Atom, Domain, Number, Step, Typed};
 
 /// Whether a plan does what it should.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +13,7 @@ pub enum Validation {
     Valid {
         /// Sum of the actions' costs; the number of steps when the problem does not ask for cheap
         /// plans.
-        cost: f64,
+        cost: Number,
     },
     /// Something is wrong.
     Invalid {
@@ -35,16 +37,18 @@ pub fn validate(domain: &Domain, request: &PlanRequest<'_>, steps: &[Step]) -> V
     let objects = all_objects(domain, request.objects);
     let universe = Universe { types: &domain.types, objects: &objects };
     let mut state = Facts::new(request.init.clone());
-    let mut cost = 0.0;
+    let mut cost = Number::default();
     for (idx, step) in steps.iter().enumerate() {
         match execute(domain, &universe, &state, step) {
-            Ok(changes) => match step_cost(&changes, request) {
-                Ok(step_cost) => {
-                    cost += step_cost;
-                    state = changes.apply(&state);
+            Ok(changes) => {
+                let sum = step_cost(&changes, request)
+                    .and_then(|more| cost.checked_add(more).ok_or(CostError::TooLarge));
+                match sum {
+                    Ok(sum) => cost = sum,
+                    Err(error) => return invalid(idx, step, &error.to_string()),
                 }
-                Err(reason) => return invalid(idx, step, &reason),
-            },
+                state = changes.apply(&state);
+            }
             Err(reason) => return invalid(idx, step, &reason),
         }
     }
@@ -99,9 +103,6 @@ fn execute(
     }
 }
 
-fn step_cost(changes: &Changes, request: &PlanRequest<'_>) -> Result<f64, String> {
-    if !request.minimise_cost {
-        return Ok(1.0);
-    }
-    changes.cost(request.costs).map_err(|function| format!("the cost {function} has no value"))
+fn step_cost(changes: &Changes, request: &PlanRequest<'_>) -> Result<Number, CostError> {
+    if request.minimise_cost { changes.cost(request.costs) } else { Ok(Number::ONE) }
 }

@@ -89,7 +89,7 @@ impl TaskMemo {
         for (step, &n) in failures {
             if let Some(operator) = self.observed_task.operator(step) {
                 let penalty = u64::from(n) * u64::from(penalty);
-                let penalty = penalty.saturating_mul(task.cost_scale());
+                let penalty = penalty.saturating_mul(task.penalty(1));
                 let cost = &mut costs[operator as usize];
                 *cost = cost.saturating_add(penalty);
             }

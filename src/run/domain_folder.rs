@@ -96,9 +96,13 @@ impl DomainFolder {
             if !file.exists() {
                 return Ok(None);
             }
-            let text = file.text()?;
-            hash.update(text.as_bytes());
-            Ok(Some(SourceText { name: file.to_string(), text }))
+            let source = if name.ends_with(".pddl") {
+                SourceText::decode(file.to_string(), file.bytes()?)?
+            } else {
+                SourceText { name: file.to_string(), text: file.text()? }
+            };
+            hash.update(source.text.as_bytes());
+            Ok(Some(source))
         };
         let missing = |file: &str| ConfigError::File {
             path: files.file(file).to_string(),

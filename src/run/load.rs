@@ -10,6 +10,7 @@ use super::schema::run_schema;
 use super::{ConfigError, RunConfig};
 use crate::files::FileRef;
 use crate::mismatch::Mismatch;
+use crate::pddl::SourceText;
 use crate::settings::{Form, Layer, LayerOrigin, Layers, SettingsProblem};
 
 /// Most files that extend one another.
@@ -21,6 +22,14 @@ const EXTENDS_MAX: usize = 16;
 /// [`ConfigError::File`] naming the file.
 pub fn read_text(path: &Path) -> Result<String, ConfigError> {
     Ok(FileRef::disk(path).text()?)
+}
+
+/// Reads a PDDL file, in any encoding that [`SourceText::decode`] knows.
+///
+/// # Errors
+/// [`ConfigError::File`] naming the file, [`ConfigError::Pddl`] naming line and column.
+pub fn read_pddl(path: &Path) -> Result<SourceText, ConfigError> {
+    Ok(SourceText::decode(path.display().to_string(), FileRef::disk(path).bytes()?)?)
 }
 
 /// A file with all that it is laid over, before it is read as a type.

@@ -33,7 +33,7 @@ pub use exemplars::{ExemplarFiles, read_image};
 pub(crate) use exemplars::{environment, in_data, view_of};
 pub(crate) use find::{find_sweep, given_domain};
 pub use hardware::HardwarePorts;
-pub use load::{Layered, load_run, read_text};
+pub use load::{Layered, load_run, read_pddl, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
 pub use run_file::{
     DetectorMode, GoalConfig, PerceptionConfig, RobotConfig, RunConfig, ServicesConfig,

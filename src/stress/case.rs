@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{CaseConfig, StressConfig, StressError, Template};
-use crate::pddl::{Problem, SourceText, parse_problem};
-use crate::run::{ConfigError, DomainFolder, in_data, read_text};
+use crate::pddl::{Problem, parse_problem};
+use crate::run::{ConfigError, DomainFolder, in_data, read_pddl};
 
 /// One problem of a case.
 #[derive(Debug, Clone)]
@@ -55,7 +55,7 @@ pub fn instances(config: &StressConfig, data: Option<&Path>) -> Result<Vec<Insta
         }
         for text in &case.problems {
             let path = in_data("case.problems", text, data)?;
-            let source = SourceText { name: path.display().to_string(), text: read_text(&path)? };
+            let source = read_pddl(&path)?;
             let problem = parse_problem(&source, &folder.domain)?.value;
             let size = u32::try_from(problem.objects.len()).unwrap_or(u32::MAX);
             let name = path.file_stem().map(|name| name.to_string_lossy().into_owned());

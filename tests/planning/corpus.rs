@@ -116,7 +116,7 @@ fn solved(domain: &Domain, problem: &Problem, budget: &Budget) -> Plan {
     let Outcome::Solved(plan) = outcome else {
         panic!("{}: {outcome:?} after {statistics:?}", problem.name)
     };
-    let cost = plan.cost as f64 / plan.cost_scale as f64;
+    let cost = plan.in_full(plan.cost);
     assert_eq!(validate(domain, &request, &plan.steps), Validation::Valid { cost });
     plan
 }

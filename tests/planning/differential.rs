@@ -234,7 +234,7 @@ fn cheapest_plans_of_the_corpus_cost_what_fast_downward_says() {
         let budget = Budget { optimal_expansions_max: 200_000, ..optimal() };
         if let Outcome::Solved(own) = plan(&domain, &PlanRequest::new(&problem), &budget).outcome {
             assert!(own.proven_optimal, "{name}");
-            assert_eq!(own.cost as f64 / own.cost_scale as f64, recorded, "{name}");
+            assert_eq!(own.in_full(own.cost).to_f64(), recorded, "{name}");
             n_compared += 1;
         }
     }

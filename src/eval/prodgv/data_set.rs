@@ -14,7 +14,7 @@ use crate::pddl::{
     Atom, Domain, Name, Problem, SourceText, Step, Typed, parse_domain, parse_plan, parse_problem,
 };
 use crate::perception::model::{Exemplar, ObjectBox};
-use crate::run::{read_image, read_text};
+use crate::run::{read_image, read_pddl, read_text};
 
 /// One domain of a checkout.
 #[derive(Debug, Clone)]
@@ -171,7 +171,7 @@ impl Labelled {
 
 /// A text file, with its name for messages.
 pub(super) fn source(path: &Path) -> Result<SourceText, EvalError> {
-    Ok(SourceText { name: path.display().to_string(), text: read_text(path)? })
+    Ok(read_pddl(path)?)
 }
 
 /// The ground atoms of a form, in order and as often as they are listed. Names are not checked.

@@ -7,7 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::variables::{Bindings, substitute};
 use super::{Facts, Truth};
-use crate::pddl::{Action, Atom, Condition, CostTerm, Effect, Literal, Name, Term, Typed, Types};
+use crate::pddl::{
+    Action, Atom, Condition, CostTerm, Effect, Literal, NUMBER_DIGITS_MAX, Name, Number, Term,
+    Typed, Types,
+};
 
 /// The objects that variables range over.
 #[derive(Debug, Clone, Copy)]
@@ -140,8 +143,8 @@ pub struct Changes {
     /// Atoms of which it is not known whether they change, because a condition is unknown.
     /// Disjoint from `add` and `delete`.
     pub unknown: BTreeSet<Atom>,
-    /// The sum of the numbers added to `total-cost`.
-    pub cost_number: f64,
+    /// The numbers added to `total-cost`.
+    pub cost_numbers: Vec<Number>,
     /// The functions added to `total-cost`.
     pub cost_functions: Vec<Atom>,
 }
@@ -165,12 +168,39 @@ impl Changes {
     /// What the action adds to `total-cost`, given the functions' values.
     ///
     /// # Errors
-    /// The function that has no value.
-    pub fn cost(&self, values: &BTreeMap<Atom, f64>) -> Result<f64, Atom> {
-        let functions = self.cost_functions.iter();
-        functions
-            .map(|f| values.get(f).copied().ok_or_else(|| f.clone()))
-            .try_fold(self.cost_number, |sum, value: Result<f64, Atom>| Ok(sum + value?))
+    /// [`CostError`] when a function has no value that is a cost.
+    pub fn cost(&self, values: &BTreeMap<Atom, Number>) -> Result<Number, CostError> {
+        let numbers = self.cost_numbers.iter().map(|&number| Ok(number));
+        let functions = self.cost_functions.iter().map(|function| cost_of(function, values));
+        numbers.chain(functions).try_fold(Number::default(), |sum: Number, cost| {
+            sum.checked_add(cost?).ok_or(CostError::TooLarge)
+        })
+    }
+}
+
+/// Why an action has no cost.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CostError {
+    /// A function was given no value.
+    #[error("expected a value of the cost {0}, got none")]
+    NoValue(Atom),
+    /// A function has a value below 0.
+    #[error("expected a cost {0} of 0 or more, got {1}")]
+    Negative(Atom, Number),
+    /// A sum has more than [`NUMBER_DIGITS_MAX`] digits.
+    #[error("expected costs of at most {NUMBER_DIGITS_MAX} digits, got a sum of more")]
+    TooLarge,
+}
+
+/// The value of a cost function.
+///
+/// # Errors
+/// [`CostError`] when it has none that is a cost.
+pub fn cost_of(function: &Atom, values: &BTreeMap<Atom, Number>) -> Result<Number, CostError> {
+    match values.get(function) {
+        None => Err(CostError::NoValue(function.clone())),
+        Some(&cost) if cost.is_negative() => Err(CostError::Negative(function.clone(), cost)),
+        Some(&cost) => Ok(cost),
     }
 }
 
@@ -230,7 +260,7 @@ impl<'a> Collector<'a> {
                     self.collect(inner, &inner_bindings, fires);
                 }
             }
-            Effect::Cost(CostTerm::Number(number)) => self.certain.cost_number += number,
+            Effect::Cost(CostTerm::Number(number)) => self.certain.cost_numbers.push(*number),
             Effect::Cost(CostTerm::Function(literal)) => {
                 self.certain.cost_functions.extend(ground(literal, bindings));
             }

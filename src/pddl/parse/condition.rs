@@ -97,7 +97,7 @@ impl<'s> Body<'_, 's, '_> {
         for (variable, span) in list.items.iter().zip(&list.spans) {
             if self.scope.types_of(&variable.name).is_some() {
                 let message = format!("`?{}` hides an outer variable", variable.name);
-                self.reader.warn(*span, message);
+                self.reader.warn("hidden variable", *span, message);
             }
         }
         Ok(list.items)
@@ -166,7 +166,7 @@ impl<'s> Body<'_, 's, '_> {
         if fit == Fit::Never {
             return Err(self.reader.semantics(span, message));
         }
-        self.reader.warn(span, message);
+        self.reader.warn("wider variable", span, message);
         Ok(())
     }
 

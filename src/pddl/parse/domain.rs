@@ -41,7 +41,7 @@ pub fn parse_domain(source: &SourceText) -> Result<Parsed<Domain>, PddlError> {
     }
     reader.check_strata(&domain.axioms, &sections)?;
     reader.warn_of_undeclared(&domain.requirements);
-    Ok(Parsed { value: domain, warnings: reader.warnings })
+    Ok(Parsed { value: domain, warnings: reader.into_warnings() })
 }
 
 /// Reads a file of `:derived` rules written for `domain`: `(define (domain d) (:derived …)*)`.
@@ -201,16 +201,18 @@ impl<'s> Reader<'s> {
         if let (Some(first), Some(last)) = (nodes.first(), nodes.last()) {
             self.uses(Feature::Typing, Span { start: first.span.start, end: last.span.end });
         }
-        self.refuse_duplicates(&list.items, &list.spans, "type")?;
         let mut parents: BTreeMap<Name, Vec<Name>> = BTreeMap::new();
-        for typed in &list.items {
-            if typed.name != "object" {
-                parents.insert(typed.name.clone(), typed.types.clone());
-            }
+        // A type that is declared again has one parent more.
+        for typed in list.items.iter().filter(|typed| typed.name != "object") {
+            let known = parents.entry(typed.name.clone()).or_default();
+            let new = typed.types.iter().filter(|parent| !known.contains(parent));
+            let new: Vec<Name> = new.cloned().collect();
+            known.extend(new);
         }
         for (name, span) in &list.types {
             if *name != "object" && !parents.contains_key(name) {
-                self.warn(*span, format!("the type `{name}` is used as a parent but not declared"));
+                let message = format!("the type `{name}` is used as a parent but not declared");
+                self.warn("undeclared parent", *span, message);
                 parents.insert(name.clone(), Vec::new());
             }
         }
@@ -221,7 +223,8 @@ impl<'s> Reader<'s> {
 
     fn refuse_cycles(&self, types: &Types, list: &TypedList) -> Result<(), PddlError> {
         for (typed, span) in list.items.iter().zip(&list.spans) {
-            if typed.types.iter().any(|parent| types.is_a(parent, &typed.name)) {
+            let mut own = types.parents.get(&typed.name).into_iter().flatten();
+            if own.any(|parent| types.is_a(parent, &typed.name)) {
                 let message = format!("the type `{}` is its own ancestor", typed.name);
                 return Err(self.semantics(*span, message));
             }

@@ -6,7 +6,7 @@ use super::super::sexpr::Node;
 use super::super::{CostTerm, Effect, Literal, Name, Signature};
 use super::condition::KEYWORDS;
 use super::requirements::Feature;
-use super::{Body, number, tail};
+use super::{Body, tail};
 
 impl<'s> Body<'_, 's, '_> {
     /// Reads an effect; `conditional` says whether it stands inside a `when`.
@@ -87,10 +87,11 @@ impl<'s> Body<'_, 's, '_> {
         }
         self.reader.uses(Feature::ActionCosts, node.span);
         if let Some(word) = amount.word() {
-            let Some(value) = number(word) else {
+            let value = self.reader.number(amount, word)?;
+            if value.is_negative() {
                 let message = format!("expected a cost of 0 or more, got {}", amount.describe());
                 return Err(self.reader.semantics(amount.span, message));
-            };
+            }
             return Ok(Effect::Cost(CostTerm::Number(value)));
         }
         let members = amount.list().unwrap_or_default();

@@ -6,23 +6,26 @@ mod effect;
 mod requirements;
 mod domain;
 mod problem;
+mod plan;
 
 use std::collections::BTreeSet;
 
 pub use domain::{parse_domain, parse_rules};
-pub use problem::{parse_facts, parse_goal, parse_plan, parse_problem};
+pub use plan::parse_plan;
+pub use problem::{parse_facts, parse_goal, parse_problem};
 
 use super::check::{Scope, Vocabulary};
 use super::error::{ErrorKind, PddlError, SourcePosition, SourceText, Span, Warning};
 use super::sexpr::{Node, quote};
-use super::{Name, Typed};
+use super::{NUMBER_DIGITS_MAX, Name, Number, Typed};
 use requirements::Feature;
 
 /// Reads one source: knows where it is, collects warnings and the features that were used.
 struct Reader<'s> {
     source: &'s SourceText,
     context: Vec<String>,
-    warnings: Vec<Warning>,
+    /// Of each kind the first, with how many there were.
+    warnings: Vec<(String, Warning, usize)>,
     /// Features used, each where it was used first.
     used: Vec<(Feature, Span)>,
 }
@@ -68,8 +71,26 @@ impl<'s> Reader<'s> {
         self.error(kind, span, format!("{feature} are not supported"))
     }
 
-    fn warn(&mut self, span: Span, message: impl Into<String>) {
-        self.warnings.push(Warning { span, message: message.into() });
+    /// Notes something odd. Of each kind the first is told, and how many more there are.
+    fn warn(&mut self, kind: &str, span: Span, message: impl Into<String>) {
+        if let Some((.., n)) = self.warnings.iter_mut().find(|(known, ..)| known == kind) {
+            *n += 1;
+        } else {
+            self.warnings.push((kind.to_owned(), Warning { span, message: message.into() }, 1));
+        }
+    }
+
+    /// What was odd, in the order of the text.
+    fn into_warnings(self) -> Vec<Warning> {
+        let told = |(_, mut warning, n): (String, Warning, usize)| {
+            if n > 1 {
+                warning.message.push_str(&format!(" ({} more like it)", n - 1));
+            }
+            warning
+        };
+        let mut warnings: Vec<Warning> = self.warnings.into_iter().map(told).collect();
+        warnings.sort_by_key(|w| w.span);
+        warnings
     }
 
     fn uses(&mut self, feature: Feature, span: Span) {
@@ -102,6 +123,18 @@ impl<'s> Reader<'s> {
         })
     }
 
+    /// A decimal number, exactly as it is written.
+    fn number(&self, node: &Node<'s>, word: &str) -> Result<Number, PddlError> {
+        Number::parse(word).ok_or_else(|| {
+            let message = format!("expected a number, got {}", node.describe());
+            let mut error = self.semantics(node.span, message);
+            let is_long = word.parse::<f64>().is_ok_and(f64::is_finite);
+            error.help =
+                is_long.then(|| format!("numbers have at most {NUMBER_DIGITS_MAX} digits"));
+            error
+        })
+    }
+
     /// A name of a type, predicate, action or object: neither variable, keyword nor dash.
     fn name(&self, node: &Node<'s>, expected: &str) -> Result<Name, PddlError> {
         let word = self.word(node, expected)?;
@@ -121,9 +154,22 @@ impl<'s> Reader<'s> {
                 let span = Span { start: end, end };
                 Err(self.syntax(span, format!("expected {expected}, got an empty text")))
             }
+            // A model's answer, a report, a mail.
+            [first, ..] if first.word().is_some() => {
+                let message = format!("expected {expected}, got {}", first.describe());
+                let mut error = self.syntax(first.span, message);
+                error.help = Some(
+                    "leave out the text around the form, or begin its lines with `;`".to_owned(),
+                );
+                Err(error)
+            }
             [_, next, ..] => {
                 let message = format!("expected the end of the file, got {}", next.describe());
-                Err(self.syntax(next.span, message))
+                let mut error = self.syntax(next.span, message);
+                error.help = next.word().map(|_| {
+                    "leave out the text after the form, or begin its lines with `;`".to_owned()
+                });
+                Err(error)
             }
         }
     }
@@ -149,12 +195,6 @@ impl<'s> Reader<'s> {
 /// The part of a list after its first member.
 fn tail<T>(members: &[T]) -> &[T] {
     members.get(1..).unwrap_or(&[])
-}
-
-/// A non-negative finite number in decimal notation.
-fn number(word: &str) -> Option<f64> {
-    let decimal = word.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    word.parse::<f64>().ok().filter(|n| decimal && n.is_finite())
 }
 
 #[cfg(test)]

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::check::{Scope, Vocabulary, did_you_mean, type_text};
-use super::super::error::{Parsed, PddlError, SourceText};
+use super::super::error::{Parsed, PddlError, SourcePosition, SourceText, Span};
 use super::super::sexpr::{Node, read};
-use super::super::{Atom, Condition, Domain, Literal, Name, Problem, Step, Term, Typed};
+use super::super::{Atom, Condition, Domain, Literal, Name, Number, Problem, Term, Typed};
 use super::requirements::Feature;
 use super::typed::Kind;
-use super::{Body, Reader, number, tail};
+use super::{Body, Reader, tail};
 
 /// Reads and checks a problem of `domain`.
 ///
@@ -47,7 +47,7 @@ pub fn parse_problem(source: &SourceText, domain: &Domain) -> Result<Parsed<Prob
     let Init { facts, costs } = init;
     let domain = domain.name.clone();
     let problem = Problem { name, domain, objects, init: facts, costs, goal, minimise_cost };
-    Ok(Parsed { value: problem, warnings: reader.warnings })
+    Ok(Parsed { value: problem, warnings: reader.into_warnings() })
 }
 
 /// Reads a goal over `objects`: a condition, or the same inside `(:goal …)`.
@@ -98,26 +98,7 @@ pub fn parse_facts(
     };
     let vocabulary = Vocabulary::new(domain, objects);
     let init = reader.within("facts", |r| r.init(nodes, &vocabulary, domain))?;
-    Ok(Parsed { value: init.facts, warnings: reader.warnings })
-}
-
-/// Reads a plan: one `(action object …)` after the other. Names are not checked.
-///
-/// # Errors
-/// [`super::super::ErrorKind::Syntax`] for anything else.
-pub fn parse_plan(source: &SourceText) -> Result<Vec<Step>, PddlError> {
-    let forms = read(source)?;
-    let reader = Reader::new(source);
-    let step = |form: &Node<'_>| {
-        let members = reader.list(form, "a step `(action object …)`")?;
-        let Some((action, args)) = members.split_first() else {
-            return Err(reader.syntax(form.span, "expected a step `(action object …)`, got `()`"));
-        };
-        let action = reader.name(action, "an action")?;
-        let args = args.iter().map(|a| reader.name(a, "an object")).collect::<Result<_, _>>()?;
-        Ok(Step { action, args })
-    };
-    forms.iter().map(step).collect()
+    Ok(Parsed { value: init.facts, warnings: reader.into_warnings() })
 }
 
 const PROBLEM_SECTIONS: &[&str] =
@@ -127,7 +108,7 @@ const PROBLEM_SECTIONS: &[&str] =
 #[derive(Default)]
 struct Init {
     facts: BTreeSet<Atom>,
-    costs: BTreeMap<Atom, f64>,
+    costs: BTreeMap<Atom, Number>,
 }
 
 impl<'s> Reader<'s> {
@@ -182,7 +163,7 @@ impl<'s> Reader<'s> {
                 let message = format!("{message}, of type `{expected}`, not `{got}`");
                 return Err(self.semantics(span, message));
             }
-            self.warn(span, message);
+            self.warn("object declared twice", span, message);
         }
         Ok(objects)
     }
@@ -194,13 +175,16 @@ impl<'s> Reader<'s> {
         domain: &Domain,
     ) -> Result<Init, PddlError> {
         let mut init = Init::default();
+        // What is said to hold, and what is said not to, each where it was said first.
+        let mut said: [BTreeMap<Atom, Span>; 2] = Default::default();
         for node in nodes {
             let head = node.head().unwrap_or_default();
             let members = node.list().unwrap_or_default();
             match head.as_str() {
                 // False facts need not be said.
                 "not" if members.len() == 2 => {
-                    self.fact(&members[1], vocabulary)?;
+                    let atom = self.fact(&members[1], vocabulary)?;
+                    said[0].entry(atom).or_insert(node.span);
                 }
                 "=" => self.value(node, vocabulary, &mut init.costs)?,
                 "at" if is_timed(members) => {
@@ -210,15 +194,33 @@ impl<'s> Reader<'s> {
                     let atom = self.fact(node, vocabulary)?;
                     if domain.axioms.iter().any(|a| a.head.name == atom.predicate) {
                         let message = format!("`{atom}` is derived; its initial value is not used");
-                        self.warn(node.span, message);
+                        self.warn("derived fact", node.span, message);
                     }
+                    said[1].entry(atom.clone()).or_insert(node.span);
                     if !init.facts.insert(atom) {
-                        self.warn(node.span, "this fact is given twice");
+                        self.warn("fact given twice", node.span, "this fact is given twice");
                     }
                 }
             }
         }
-        Ok(init)
+        let both = said[1].iter().filter_map(|(atom, &holds)| {
+            said[0].get(atom).map(|&fails| (holds.max(fails), holds.min(fails), atom))
+        });
+        match both.min() {
+            None => Ok(init),
+            Some((span, other, atom)) => Err(self.said_both_ways(span, other, atom)),
+        }
+    }
+
+    fn said_both_ways(&self, span: Span, other: Span, atom: &Atom) -> PddlError {
+        let place = SourcePosition::new(self.source, other);
+        let message = format!("`{atom}` is said to hold and not to hold");
+        let mut error = self.semantics(span, message);
+        error.help = Some(format!(
+            "the other is at line {}, column {}: leave out one of them",
+            place.line, place.column
+        ));
+        error
     }
 
     /// A ground atom.
@@ -234,7 +236,7 @@ impl<'s> Reader<'s> {
         &mut self,
         node: &Node<'s>,
         vocabulary: &Vocabulary,
-        costs: &mut BTreeMap<Atom, f64>,
+        costs: &mut BTreeMap<Atom, Number>,
     ) -> Result<(), PddlError> {
         let expected = "expected `(= (function object …) number)`";
         let Some([_, function, amount]) = node.list() else {
@@ -251,10 +253,7 @@ impl<'s> Reader<'s> {
         let signature = body.function(&name, first)?;
         let args = body.arguments(function, args, &signature)?;
         let atom = ground(Literal { predicate: name, args });
-        let Some(value) = amount.word().and_then(number) else {
-            let message = format!("expected a number of 0 or more, got {}", amount.describe());
-            return Err(self.semantics(amount.span, message));
-        };
+        let value = self.number(amount, self.word(amount, "a number")?)?;
         if costs.insert(atom, value).is_some_and(|before| before != value) {
             return Err(self.semantics(node.span, "a second value for the same function"));
         }

@@ -62,7 +62,7 @@ impl Reader<'_> {
     pub(super) fn warn_of_unknown(&mut self, name: &Name, span: super::Span) {
         if !KNOWN.contains(&name.as_str()) {
             let message = format!("the requirement `{name}` is declared but not understood");
-            self.warn(span, message);
+            self.warn(name.as_str(), span, message);
         }
     }
 
@@ -72,9 +72,8 @@ impl Reader<'_> {
             let covering = feature.covered_by();
             if !covering.iter().any(|&r| declared.contains(r)) {
                 let message = format!("`{}` is used here but not declared", covering[0]);
-                self.warn(span, message);
+                self.warn(covering[0], span, message);
             }
         }
-        self.warnings.sort_by_key(|w| w.span);
     }
 }

@@ -193,8 +193,8 @@ fn an_inner_variable_may_hide_an_outer_one() {
 fn a_wider_variable_is_a_warning_and_a_foreign_one_an_error() {
     let wide = blocks_with("(?x ?y - block)\n", "(?x - (either block robot) ?y)\n");
     let messages = warnings(&wide);
-    assert!(messages.iter().any(|m| m.contains("`?x` of type `either block robot`")));
-    assert!(messages.iter().any(|m| m.contains("`?y` of type `object`")));
+    let first = "`?x` of type `either block robot` (4 more like it)";
+    assert_eq!(messages.iter().filter(|m| m.ends_with(first)).count(), 1, "{messages:?}");
     let foreign = blocks_with("(?x ?y - block)\n", "(?x - robot ?y - block)\n");
     assert!(refused(&foreign).message.contains("got `?x` of type `robot`"));
 }
@@ -226,11 +226,17 @@ fn costs_are_read_and_state_dependent_ones_are_refused() {
     let text = "(define (problem p) (:domain d) (:objects x y) (:goal (p))
       (:init (= (far x) 2) (= (far y) 0.5) (= (total-cost) 0)) (:metric minimize (total-cost)))";
     let problem = parse_problem(&source(text), &domain).unwrap();
-    assert_eq!(problem.value.costs[&Atom::new("far", &["y"])], 0.5);
+    assert_eq!(problem.value.costs[&Atom::new("far", &["y"])], Number::new(5, 1));
     assert!(problem.value.minimise_cost);
     assert_eq!(problem.warnings, []);
-    let negative = parse_problem(&source(&text.replace("0.5", "-0.5")), &domain).unwrap_err();
-    assert_eq!(negative.message, "expected a number of 0 or more, got `-0.5`");
+    // Values that nothing costs may be what they like.
+    let negative = parse_problem(&source(&text.replace("0.5", "-0.5")), &domain).unwrap().value;
+    assert!(negative.costs[&Atom::new("far", &["y"])].is_negative());
+    let long = text.replace("0.5", &"9".repeat(39));
+    let long = parse_problem(&source(&long), &domain).unwrap_err();
+    assert_eq!(long.help.as_deref(), Some("numbers have at most 38 digits"));
+    let negative = refused(&COSTS.replace("2.5", "-2.5"));
+    assert_eq!(negative.message, "expected a cost of 0 or more, got `-2.5`");
     let maximise = parse_problem(&source(&text.replace("minimize", "maximize")), &domain);
     assert!(matches!(maximise.unwrap_err().kind, ErrorKind::Unsupported { .. }));
     let conditional = refused(
@@ -250,6 +256,43 @@ fn facts_given_twice_count_once() {
     assert_eq!(parsed.value.init.len(), 2);
     assert_eq!(parsed.warnings.len(), 1);
     assert_eq!(parsed.value.goal, Condition::True);
+}
+
+#[test]
+fn a_fact_that_is_said_both_ways_is_refused() {
+    for (init, column) in [("(clear a) (not (clear a))", 76), ("(not (clear a)) (CLEAR a)", 82)] {
+        let text = problem_text("a - block", init);
+        let error = parse_problem(&source(&text), &domain(BLOCKS)).unwrap_err();
+        assert_eq!(error.message, "`(clear a)` is said to hold and not to hold");
+        assert_eq!(error.place.column, column);
+        assert!(error.help.unwrap().starts_with("the other is at line 1, column 66"));
+    }
+}
+
+#[test]
+fn a_type_may_be_declared_once_for_each_parent() {
+    let text = blocks_with("block robot", "block - toy block - thing toy thing robot");
+    assert_eq!(domain(&text).types.parents["block"], ["toy", "thing"]);
+    let cycle = blocks_with("block robot", "block - toy toy - thing toy - block robot");
+    assert!(refused(&cycle).message.ends_with("is its own ancestor"));
+}
+
+#[test]
+fn what_surrounds_or_separates_is_named() {
+    let refused = |text: &str| {
+        let error = refused(text);
+        format!("{error}; {}", error.help.clone().unwrap_or_default())
+    };
+    let prose = refused(&format!("Here is the domain: {BLOCKS}"));
+    assert!(prose.contains(":1:1: error: expected `(define (domain …) …)`, got `Here`; "));
+    assert!(prose.ends_with("leave out the text around the form, or begin its lines with `;`"));
+    assert!(refused(&format!("{BLOCKS} Done.")).contains("got `Done.`; leave out the text after"));
+    let fenced = refused(&format!("Here it is:\n```pddl\n{BLOCKS}\n```"));
+    assert!(
+        fenced.contains(":2:1: error: expected PDDL, got a Markdown fence; give the PDDL alone")
+    );
+    let comma = refused(&blocks_with("block robot", "block, robot"));
+    assert!(comma.contains(":3:16: error: expected PDDL, got a comma; names are separated by"));
 }
 
 #[test]

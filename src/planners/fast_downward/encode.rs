@@ -3,11 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::pddl::{
-    Action, Condition, CostTerm, Domain, Effect, Name, Problem, Signature, SourceText, Step, Term,
-    Typed, parse_plan, print_domain, print_problem,
+    Action, Atom, Condition, CostTerm, Domain, Effect, Name, Number, Problem, Signature,
+    SourceText, Step, Term, Typed, parse_plan, print_domain, print_problem,
 };
 use crate::planning::PlanRequest;
 
+/// Most that a cost may be: it calculates with 32 bits, and some are left for sums.
+const COST_MAX: u32 = 100_000_000;
 /// Stands between an action's name and the number of the step of it that is penalised.
 const PENALISED: &str = "--penalised-";
 
@@ -26,22 +28,26 @@ pub(super) struct Encoded {
 /// Prints a problem. Each penalised step becomes an action of its own with a cost of its own; the
 /// action that it comes from leaves its arguments out.
 ///
+/// Fractional costs are written in units in which they are whole numbers.
+///
 /// # Errors
-/// What Fast Downward cannot express: costs that are no whole numbers.
+/// What Fast Downward cannot express: costs that are too large for it.
 pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encoded, String> {
     let mut domain = domain.clone();
     let has_costs = request.minimise_cost || !request.penalties.is_empty();
+    let decimals = if request.minimise_cost { decimals(&domain, request.costs) } else { 0 };
     domain.requirements = REQUIREMENTS.iter().map(|&r| r.into()).collect();
     for action in &mut domain.actions {
         if !request.minimise_cost {
-            let cost = has_costs.then_some(Effect::Cost(CostTerm::Number(1.0)));
+            let cost = has_costs.then_some(Effect::Cost(CostTerm::Number(Number::ONE)));
             action.effect = with_cost(&action.effect, cost);
         }
-        whole_costs(&action.effect, &action.name)?;
+        scale(&mut action.effect, decimals)?;
     }
-    let fraction = request.costs.iter().find(|(_, value)| !is_whole(**value));
-    if let (true, Some((function, value))) = (request.minimise_cost, fraction) {
-        return Err(format!("the cost {function} = {value}: only whole numbers"));
+    let mut costs = BTreeMap::new();
+    if request.minimise_cost {
+        costs.clone_from(request.costs);
+        costs.values_mut().try_for_each(|value| in_units(value, decimals))?;
     }
     if !request.minimise_cost {
         domain.functions.clear();
@@ -51,7 +57,7 @@ pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encod
     }
     let known = |object: &&Typed| domain.constants.iter().all(|c| c.name != object.name);
     let mut objects: Vec<Typed> = request.objects.iter().filter(known).cloned().collect();
-    let copies = split(&mut domain, request.penalties);
+    let copies = split(&mut domain, request.penalties, decimals)?;
     if !copies.is_empty() {
         // Preconditions may name constants only.
         domain.constants.append(&mut objects);
@@ -62,7 +68,7 @@ pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encod
         domain: domain.name.clone(),
         objects,
         init: request.init.iter().filter(|a| !derived.contains(&a.predicate)).cloned().collect(),
-        costs: if request.minimise_cost { request.costs.clone() } else { BTreeMap::new() },
+        costs,
         goal: request.goal.clone(),
         minimise_cost: has_costs,
     };
@@ -87,23 +93,48 @@ fn with_cost(effect: &Effect, cost: Option<Effect>) -> Effect {
     Effect::And(parts)
 }
 
-fn whole_costs(effect: &Effect, action: &Name) -> Result<(), String> {
-    match effect {
-        Effect::And(parts) => parts.iter().try_for_each(|part| whole_costs(part, action)),
-        Effect::Cost(CostTerm::Number(value)) if !is_whole(*value) => {
-            Err(format!("the cost {value} of {action}: only whole numbers"))
+/// Most digits behind the point of a cost.
+fn decimals(domain: &Domain, costs: &BTreeMap<Atom, Number>) -> u32 {
+    fn of(effect: &Effect) -> u32 {
+        match effect {
+            Effect::And(parts) => parts.iter().map(of).max().unwrap_or(0),
+            Effect::When(_, inner) | Effect::Forall(_, inner) => of(inner),
+            Effect::Cost(CostTerm::Number(number)) => number.decimals(),
+            Effect::Cost(CostTerm::Function(_)) | Effect::Add(_) | Effect::Delete(_) => 0,
         }
-        Effect::When(_, inner) | Effect::Forall(_, inner) => whole_costs(inner, action),
-        Effect::Cost(_) | Effect::Add(_) | Effect::Delete(_) => Ok(()),
+    }
+    let numbers = domain.actions.iter().map(|action| of(&action.effect));
+    numbers.chain(costs.values().map(|cost| cost.decimals())).max().unwrap_or(0)
+}
+
+/// Puts the costs of an effect in units of `1 / 10^decimals`.
+fn scale(effect: &mut Effect, decimals: u32) -> Result<(), String> {
+    match effect {
+        Effect::And(parts) => parts.iter_mut().try_for_each(|part| scale(part, decimals)),
+        Effect::When(_, inner) | Effect::Forall(_, inner) => scale(inner, decimals),
+        Effect::Cost(CostTerm::Number(number)) => in_units(number, decimals),
+        Effect::Cost(CostTerm::Function(_)) | Effect::Add(_) | Effect::Delete(_) => Ok(()),
     }
 }
 
-fn is_whole(value: f64) -> bool {
-    value.fract() == 0.0
+fn in_units(cost: &mut Number, decimals: u32) -> Result<(), String> {
+    let units = cost.scaled(decimals).and_then(|units| u32::try_from(units).ok());
+    match units.filter(|&units| units <= COST_MAX) {
+        Some(units) => *cost = Number::from(u64::from(units)),
+        None => {
+            let unit = Number::new(1, decimals);
+            return Err(format!("the cost {cost}: at most {COST_MAX} units of {unit}"));
+        }
+    }
+    Ok(())
 }
 
 /// Makes one action for each penalised step; returns their names with those that they come from.
-fn split(domain: &mut Domain, penalties: &BTreeMap<Step, u32>) -> BTreeMap<Name, Name> {
+fn split(
+    domain: &mut Domain,
+    penalties: &BTreeMap<Step, u32>,
+    decimals: u32,
+) -> Result<BTreeMap<Name, Name>, String> {
     let (mut copies, mut added) = (BTreeMap::new(), Vec::new());
     for (number, (step, penalty)) in penalties.iter().enumerate() {
         let action = domain.actions.iter_mut().find(|a| a.name == step.action);
@@ -119,7 +150,8 @@ fn split(domain: &mut Domain, penalties: &BTreeMap<Step, u32>) -> BTreeMap<Name,
         let also =
             |condition: &Condition, more: Condition| Condition::And(vec![condition.clone(), more]);
         let name = Name::new(format!("{}{PENALISED}{number}", action.name));
-        let penalty = Effect::Cost(CostTerm::Number(f64::from(*penalty)));
+        let mut penalty = Number::from(u64::from(*penalty));
+        in_units(&mut penalty, decimals)?;
         added.push(Action {
             name: name.clone(),
             params: action.params.clone(),
@@ -130,13 +162,13 @@ fn split(domain: &mut Domain, penalties: &BTreeMap<Step, u32>) -> BTreeMap<Name,
         copies.insert(name, action.name.clone());
     }
     domain.actions.append(&mut added);
-    copies
+    Ok(copies)
 }
 
 /// The effect at a cost that is higher by a penalty. Fast Downward adds up one term alone, so a
 /// number is added here; a function stands where it is, and the penalty with it as a second term.
-fn plus(effect: &Effect, penalty: Effect) -> Effect {
-    fn raise(effect: &Effect, by: f64) -> Option<Effect> {
+fn plus(effect: &Effect, penalty: Number) -> Effect {
+    fn raise(effect: &Effect, by: Number) -> Option<Effect> {
         match effect {
             Effect::And(parts) => {
                 let at = parts.iter().position(|part| raise(part, by).is_some())?;
@@ -144,7 +176,9 @@ fn plus(effect: &Effect, penalty: Effect) -> Effect {
                 parts[at] = raise(&parts[at], by)?;
                 Some(Effect::And(parts))
             }
-            Effect::Cost(CostTerm::Number(n)) => Some(Effect::Cost(CostTerm::Number(n + by))),
+            Effect::Cost(CostTerm::Number(n)) => {
+                Some(Effect::Cost(CostTerm::Number(n.checked_add(by)?)))
+            }
             Effect::Cost(CostTerm::Function(_))
             | Effect::Add(_)
             | Effect::Delete(_)
@@ -152,8 +186,9 @@ fn plus(effect: &Effect, penalty: Effect) -> Effect {
             | Effect::Forall(..) => None,
         }
     }
-    let by = if let Effect::Cost(CostTerm::Number(by)) = penalty { by } else { 0.0 };
-    raise(effect, by).unwrap_or_else(|| Effect::And(vec![effect.clone(), penalty]))
+    raise(effect, penalty).unwrap_or_else(|| {
+        Effect::And(vec![effect.clone(), Effect::Cost(CostTerm::Number(penalty))])
+    })
 }
 
 impl Encoded {
@@ -175,7 +210,7 @@ impl Encoded {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pddl::{Atom, parse_domain, parse_problem};
+    use crate::pddl::{parse_domain, parse_problem};
 
     const DOMAIN: &str = "(define (domain d) (:requirements :strips) (:predicates (p ?x) (q ?x))
         (:action a :parameters (?x) :precondition (p ?x) :effect (q ?x)))";
@@ -204,19 +239,26 @@ mod tests {
     }
 
     #[test]
-    fn costs_that_are_no_whole_numbers_are_refused() {
-        let text = DOMAIN.replace("(q ?x)))", "(and (q ?x) (increase (total-cost) 0.5))))");
+    fn fractions_are_scaled_and_what_is_too_large_is_refused() {
+        let text = DOMAIN.replace("(q ?x)))", "(and (q ?x) (increase (total-cost) 0.25))))");
         let text = text.replace("(:action", "(:functions (total-cost)) (:action");
         let domain = parse_domain(&SourceText::new("domain", text)).unwrap().value;
+        let costs =
+            |cost: &str| BTreeMap::from([(Atom::new("far", &[]), Number::parse(cost).unwrap())]);
+        let (small, large) = (costs("1.5"), costs("100000001"));
         let request = PlanRequest {
             objects: &[],
             init: &BTreeSet::new(),
             goal: &Condition::True,
-            costs: &BTreeMap::new(),
+            costs: &small,
             minimise_cost: true,
             penalties: &BTreeMap::new(),
         };
-        assert!(encode(&domain, &request).unwrap_err().contains("0.5"));
+        let encoded = encode(&domain, &request).unwrap();
+        assert!(encoded.domain.contains("(increase (total-cost) 25)"), "{}", encoded.domain);
+        assert!(encoded.problem.contains("(= (far) 150)"), "{}", encoded.problem);
+        let refused = encode(&domain, &PlanRequest { costs: &large, ..request }).unwrap_err();
+        assert_eq!(refused, "the cost 100000001: at most 100000000 units of 0.01");
         let plain = PlanRequest { minimise_cost: false, ..request };
         assert!(!encode(&domain, &plain).unwrap().domain.contains("increase"));
     }

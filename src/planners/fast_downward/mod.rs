@@ -22,7 +22,7 @@ use self::process::{End, Limits};
 use super::{PlanQuery, Planner};
 use crate::clock::monotonic_ns;
 use crate::parts::{Part, PartContext, PartError, options_of};
-use crate::pddl::{Domain, Step};
+use crate::pddl::{Domain, Number, Step};
 use crate::planning::{
     Outcome, Phase, Plan, PlanAnswer, PlanRequest, Statistics, Validation, validate,
 };
@@ -151,13 +151,18 @@ impl FastDownward {
                 Outcome::BadInput { reason: named(format!("its plan is wrong: {reason}")) }
             }
             Validation::Valid { cost } => {
-                let penalty = |step| request.penalties.get(step).map_or(0, |&p| u64::from(p));
-                let penalty = steps.iter().map(penalty).sum();
+                let cost_unit = Number::new(1, cost.decimals());
+                let one = Number::ONE.scaled(cost.decimals()).unwrap_or(0);
+                let units = |n: i128| u64::try_from(n).unwrap_or(u64::MAX);
+                let penalty = |step| request.penalties.get(step).map_or(0, |&p| i128::from(p));
+                let penalty = units(steps.iter().map(penalty).sum::<i128>().saturating_mul(one));
+                let cost = units(cost.scaled(cost.decimals()).unwrap_or(i128::MAX));
+                let total = cost.saturating_add(penalty);
                 Outcome::Solved(Plan {
-                    cost: cost as u64,
-                    cost_scale: 1,
+                    cost,
+                    cost_unit,
                     penalty,
-                    lower_bound: if self.options.optimal { cost as u64 + penalty } else { 0 },
+                    lower_bound: if self.options.optimal { total } else { 0 },
                     proven_optimal: self.options.optimal,
                     steps,
                 })

@@ -48,6 +48,10 @@ impl Heuristic for FastForward<'_> {
         Some(sum)
     }
 
+    fn work(&self) -> u64 {
+        self.relaxation.graph.n_edges() as u64
+    }
+
     fn preferred(&self) -> &[u32] {
         &self.plan
     }

@@ -8,15 +8,13 @@
 //! anyway?, 2009; Röger, Pommerening, Helmert: Optimal planning in the presence of conditional
 //! effects, 2014.
 
-use super::Heuristic;
 use super::queue::Queue;
 use super::relaxed_task::{GOAL, NONE, RelaxedTask};
+use super::{Heuristic, coarse_unit};
 
 const UNREACHED: u32 = u32::MAX;
 /// Largest cost of a node that is reached.
 const COST_MAX: u32 = UNREACHED - 1;
-/// Dearer actions count as this much, so that sums along paths of thousands do not overflow.
-const ACTION_COST_MAX: u64 = 1 << 20;
 
 /// Where a node stands when a cut is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +32,11 @@ pub(in crate::planning) struct LmCut<'a> {
     /// The edges of each action: where they begin in `edges`, and the list.
     edges_of: Vec<(u32, u32)>,
     edges: Vec<u32>,
-    /// What actions cost, and what is left of it.
+    /// How many units of the actions' costs make 1 here.
+    unit: u64,
+    /// Cuts of the last estimate.
+    n_cuts: u64,
+    /// What actions cost, rounded down, and what is left of it.
     action_costs: Vec<u32>,
     left: Vec<u32>,
     /// Max cost of each node.
@@ -63,12 +65,14 @@ impl<'a> LmCut<'a> {
             }
             range.1 = at + 1;
         }
-        let action_costs: Vec<u32> =
-            costs.iter().map(|&cost| cost.min(ACTION_COST_MAX) as u32).collect();
+        let unit = coarse_unit(costs);
+        let action_costs: Vec<u32> = costs.iter().map(|cost| (cost / unit) as u32).collect();
         Self {
             graph,
             edges_of,
             edges: by_action.into_iter().map(|(_, edge)| edge).collect(),
+            unit,
+            n_cuts: 0,
             left: action_costs.clone(),
             action_costs,
             cost: vec![UNREACHED; graph.n_nodes],
@@ -220,6 +224,7 @@ impl Heuristic for LmCut<'_> {
         // With conditional effects the cuts can sum to less than the first max cost.
         let max = u64::from(self.cost[GOAL as usize]);
         let mut sum = 0;
+        self.n_cuts = 1;
         while self.cost[GOAL as usize] > 0 {
             self.mark_goal_zone();
             self.find_cut(state);
@@ -229,11 +234,16 @@ impl Heuristic for LmCut<'_> {
                 break;
             };
             sum += u64::from(cheapest);
+            self.n_cuts += 1;
             for &action in &self.cut {
                 self.left[action as usize] -= cheapest;
             }
             self.explore_again();
         }
-        Some(sum.max(max))
+        Some(sum.max(max).saturating_mul(self.unit))
+    }
+
+    fn work(&self) -> u64 {
+        self.n_cuts * self.graph.n_edges() as u64
     }
 }

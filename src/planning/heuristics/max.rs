@@ -22,6 +22,10 @@ impl<'a> Max<'a> {
 
 impl Heuristic for Max<'_> {
     fn estimate(&mut self, state: &[u64]) -> Option<u64> {
-        self.relaxation.explore(state)
+        Some(self.relaxation.explore(state)?.saturating_mul(self.relaxation.unit))
+    }
+
+    fn work(&self) -> u64 {
+        self.relaxation.graph.n_edges() as u64
     }
 }

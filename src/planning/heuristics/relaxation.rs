@@ -1,7 +1,9 @@
 //! Costs in the delete relaxation: of every node, for one state.
 //!
-//! They are 32 bits wide, for speed, and saturate: never more than they should be.
+//! They are 32 bits wide, for speed, and saturate: never more than they should be. Dear actions are
+//! counted in larger units, rounded down, or up where nothing is to be free that is not.
 
+use super::coarse_unit;
 use super::queue::Queue;
 use super::relaxed_task::{GOAL, NONE, RelaxedTask};
 
@@ -34,6 +36,8 @@ pub(super) struct Relaxation<'a> {
     pub(super) graph: &'a RelaxedTask,
     combine: Combine,
     edge_costs: Vec<u32>,
+    /// How many units of the actions' costs make 1 of these.
+    pub(super) unit: u64,
     cost: Vec<u32>,
     /// The edge that gave each node its cost; [`NONE`] for those that hold in the state.
     supporter: Vec<u32>,
@@ -53,11 +57,17 @@ impl<'a> Relaxation<'a> {
         let tails = (0..graph.n_edges() as u32).map(|edge| graph.tails.get(edge));
         let fresh: Vec<Pending> =
             tails.map(|tail| Pending { cost: 0, n_missing: tail.len() as u32 }).collect();
+        let unit = coarse_unit(costs);
+        let coarse = |cost: u64| match combine {
+            Combine::Sum => cost.div_ceil(unit),
+            Combine::Max => cost / unit,
+        };
         let edge_costs = graph.edge_costs(costs).into_iter();
         Self {
             graph,
             combine,
-            edge_costs: edge_costs.map(|cost| cost.min(u64::from(COST_MAX)) as u32).collect(),
+            edge_costs: edge_costs.map(|cost| coarse(cost) as u32).collect(),
+            unit,
             cost: vec![UNREACHED; graph.n_nodes],
             supporter: vec![NONE; graph.n_nodes],
             pending: fresh.clone(),

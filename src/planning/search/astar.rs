@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::{End, Limits, Space};
+use super::{End, Limit, Limits, Space};
 use crate::planning::heuristics::Heuristic;
 use crate::planning::outcome::Phase;
 use crate::planning::task::Task;
@@ -48,6 +48,10 @@ pub(in crate::planning) struct AStar<'a> {
     heuristic: Box<dyn Heuristic + 'a>,
     open: Open,
     lower_bound: u64,
+    /// A lower bound that is high enough to stop.
+    pub(in crate::planning) enough: u64,
+    /// Whether a path was left out because its cost cannot be said.
+    is_cut: bool,
     scratch: Vec<u64>,
 }
 
@@ -65,7 +69,8 @@ impl<'a> AStar<'a> {
         space.insert(initial, u32::MAX, u32::MAX);
         open.known.push(Known { path_cost: 0, estimate: 0, evaluated: false });
         open.push(0);
-        Self { space, costs, heuristic, open, lower_bound: 0, scratch: Vec::new() }
+        let (lower_bound, enough, is_cut, scratch) = (0, u64::MAX, false, Vec::new());
+        Self { space, costs, heuristic, open, lower_bound, enough, is_cut, scratch }
     }
 
     /// No plan is cheaper than this.
@@ -90,6 +95,10 @@ impl<'a> AStar<'a> {
             }
             // The estimates need not be consistent, so that totals may fall again.
             self.lower_bound = total.max(self.lower_bound);
+            if self.lower_bound >= self.enough {
+                self.open.queue.push(entry);
+                return End::Enough;
+            }
             state.clear();
             state.extend_from_slice(self.space.store.get(number));
             if self.space.task.is_goal(&state) {
@@ -103,6 +112,7 @@ impl<'a> AStar<'a> {
             if !std::mem::replace(&mut known.evaluated, true) {
                 self.space.phase.evaluated += 1;
                 known.estimate = self.heuristic.estimate(&state).unwrap_or(u64::MAX).max(bound);
+                self.space.work += self.heuristic.work();
             }
             let estimate = known.estimate;
             if estimate > bound && estimate < u64::MAX {
@@ -114,21 +124,28 @@ impl<'a> AStar<'a> {
             self.space.task.successors.find(&self.space.task.operators, &state, &mut applicable);
             self.expand(number, &state, &applicable);
         }
+        if self.is_cut {
+            return End::Limit(Limit::Cost);
+        }
         self.lower_bound = u64::MAX;
         End::Exhausted(self.space.store.len())
     }
 
     fn expand(&mut self, number: u32, state: &[u64], applicable: &[u32]) {
-        let Self { space, open, .. } = self;
+        let Self { space, open, is_cut, .. } = self;
         let task = space.task;
         let Known { path_cost, estimate, .. } = open.known[number as usize];
         let after = &mut self.scratch;
         space.phase.expanded += 1;
+        space.work += (applicable.len() * task.words) as u64;
         for &action in applicable {
             space.phase.generated += 1;
             task.apply(&task.operators[action as usize], state, after);
             let cost = self.costs[action as usize];
-            let path_cost = path_cost.saturating_add(cost);
+            let Some(path_cost) = path_cost.checked_add(cost) else {
+                *is_cut = true;
+                continue;
+            };
             let (next, new) = space.insert(after, number, action);
             if new {
                 let estimate = estimate.saturating_sub(cost);

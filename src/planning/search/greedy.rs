@@ -10,7 +10,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::{End, Limits, Space};
-use crate::planning::heuristics::{Heuristic, Landmarks};
+use crate::planning::heuristics::{FastForward, Heuristic as _, Landmarks};
 use crate::planning::outcome::Phase;
 use crate::planning::task::Task;
 
@@ -19,17 +19,17 @@ const BOOST: i64 = 1000;
 /// Rough memory of one queue entry, in bytes.
 const ENTRY_BYTES: usize = 8;
 
-/// Searches from a state for any plan.
-pub(in crate::planning) fn greedy(
-    task: &Task,
-    initial: &[u64],
-    heuristic: &mut dyn Heuristic,
-    landmarks: Option<Landmarks>,
-    limits: Limits<'_>,
-) -> (End, Phase) {
-    let mut space = Space::new(task, limits, "greedy");
-    let end = search(&mut space, initial, heuristic, Guide::new(landmarks));
-    (end, space.phase)
+/// A search from a state for any plan that can be stopped and resumed.
+pub(in crate::planning) struct Greedy<'a> {
+    space: Space<'a>,
+    heuristic: FastForward<'a>,
+    guide: Guide,
+    /// The state to be looked at next, and how it was reached.
+    state: Vec<u64>,
+    from: (u32, u32),
+    /// Its number, when the search was stopped at it.
+    stopped_at: Option<u32>,
+    applicable: Vec<u32>,
 }
 
 /// States to come, as (parent, action), by the parent's estimate; first in, first out.
@@ -135,37 +135,76 @@ impl Guide {
     }
 }
 
-fn search(
-    space: &mut Space<'_>,
-    initial: &[u64],
-    heuristic: &mut dyn Heuristic,
-    mut guide: Guide,
-) -> End {
-    let task = space.task;
-    let (mut applicable, mut state) = (Vec::new(), initial.to_vec());
-    let (mut parent, mut action) = (u32::MAX, u32::MAX);
-    loop {
-        let (number, new) = space.insert(&state, parent, action);
-        if new {
-            if task.is_goal(&state) {
-                return End::Found(space.path(number));
-            }
-            if let Some(end) = space.limit() {
-                return end;
-            }
-            space.phase.evaluated += 1;
-            let left = guide.count(&state, parent);
-            if let Some(estimate) = heuristic.estimate(&state) {
-                space.phase.expanded += 1;
-                task.successors.find(&task.operators, &state, &mut applicable);
-                let actions = [heuristic.preferred(), &applicable];
-                guide.extend(number, [Some(estimate), left], actions);
-            }
+impl<'a> Greedy<'a> {
+    pub(in crate::planning) fn new(
+        task: &'a Task,
+        initial: &[u64],
+        heuristic: FastForward<'a>,
+        landmarks: Option<Landmarks>,
+        limits: Limits<'a>,
+    ) -> Self {
+        Self {
+            space: Space::new(task, limits, "greedy"),
+            heuristic,
+            guide: Guide::new(landmarks),
+            state: initial.to_vec(),
+            from: (u32::MAX, u32::MAX),
+            stopped_at: None,
+            applicable: Vec::new(),
         }
-        let Some(entry) = guide.next() else { return End::Exhausted(space.store.len()) };
-        (parent, action) = entry;
-        space.phase.generated += 1;
-        task.apply(&task.operators[action as usize], space.store.get(parent), &mut state);
-        space.queue_bytes = guide.bytes();
+    }
+
+    /// What was done so far.
+    pub(in crate::planning) fn phase(&self) -> Phase {
+        self.space.phase.clone()
+    }
+
+    /// Goes on until that many states have been expanded in all, at most.
+    pub(in crate::planning) fn run(&mut self, expansions_max: u64) -> End {
+        self.space.limits.expansions_max = expansions_max;
+        let task = self.space.task;
+        loop {
+            let new = match self.stopped_at.take() {
+                Some(number) => Some(number),
+                None => {
+                    let (number, new) = self.space.insert(&self.state, self.from.0, self.from.1);
+                    if new && task.is_goal(&self.state) {
+                        return End::Found(self.space.path(number));
+                    }
+                    new.then_some(number)
+                }
+            };
+            if let Some(number) = new {
+                if let Some(end) = self.space.limit() {
+                    self.stopped_at = Some(number);
+                    return end;
+                }
+                self.look_at(number);
+            }
+            let Some(entry) = self.guide.next() else {
+                return End::Exhausted(self.space.store.len());
+            };
+            self.from = entry;
+            self.space.phase.generated += 1;
+            let operator = &task.operators[entry.1 as usize];
+            task.apply(operator, self.space.store.get(entry.0), &mut self.state);
+            self.space.queue_bytes = self.guide.bytes();
+        }
+    }
+
+    /// Estimates a new state and queues its successors.
+    fn look_at(&mut self, number: u32) {
+        let task = self.space.task;
+        self.space.phase.evaluated += 1;
+        let left = self.guide.count(&self.state, self.from.0);
+        let estimate = self.heuristic.estimate(&self.state);
+        self.space.work += self.heuristic.work();
+        if estimate.is_some() {
+            self.space.phase.expanded += 1;
+            task.successors.find(&task.operators, &self.state, &mut self.applicable);
+            self.space.work += (self.applicable.len() * task.words) as u64;
+            let actions = [self.heuristic.preferred(), &self.applicable];
+            self.guide.extend(number, [estimate, left], actions);
+        }
     }
 }

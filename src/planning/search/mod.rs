@@ -7,7 +7,7 @@ mod regress;
 mod shorten;
 
 pub(super) use astar::AStar;
-pub(super) use greedy::greedy;
+pub(super) use greedy::Greedy;
 pub(super) use improve::improve;
 pub(super) use shorten::shorten;
 
@@ -24,6 +24,9 @@ pub(super) struct Limits<'a> {
     pub(super) interrupt: &'a dyn Fn() -> bool,
 }
 
+/// How many elementary steps are as much as an expansion, at least: those of a table top have fewer.
+const WORK_PER_EXPANSION: u64 = 4096;
+
 /// How many expansions pass between two questions to `interrupt`: below a millisecond of work, and
 /// far more work than the question.
 pub(super) const INTERRUPT_EVERY: u64 = 16;
@@ -35,8 +38,10 @@ pub(super) enum End {
     Found(Vec<u32>),
     /// Every reachable state was looked at or proved hopeless; that many were.
     Exhausted(usize),
-    /// One of [`Limits`] was met; A* can be resumed with a higher one.
+    /// One of [`Limits`] was met; the search can be resumed with a higher one.
     Limit(Limit),
+    /// No plan is cheaper than one that is known.
+    Enough,
     /// The caller has said that it is enough.
     Interrupted,
 }
@@ -47,6 +52,8 @@ pub(super) enum Limit {
     Expansions,
     States,
     Bytes,
+    /// Paths cost more than can be said.
+    Cost,
 }
 
 /// The states of a search with the way each was reached.
@@ -59,13 +66,15 @@ struct Space<'a> {
     phase: Phase,
     /// Memory of the queue, in bytes.
     queue_bytes: usize,
+    /// Elementary steps so far: words of states made, parts of heuristics looked at.
+    work: u64,
 }
 
 impl<'a> Space<'a> {
     fn new(task: &'a Task, limits: Limits<'a>, name: &'static str) -> Self {
         let store = StateRegistry::new(task.words);
         let phase = Phase { name, expanded: 0, generated: 0, evaluated: 0 };
-        Self { task, store, reached_by: Vec::new(), limits, phase, queue_bytes: 0 }
+        Self { task, store, reached_by: Vec::new(), limits, phase, queue_bytes: 0, work: 0 }
     }
 
     /// The number of a state and whether it is new; a new one remembers how it was reached.
@@ -77,12 +86,17 @@ impl<'a> Space<'a> {
         (number, new)
     }
 
+    /// What was spent of the expansions: those of large tasks count for several.
+    fn spent(&self) -> u64 {
+        self.phase.expanded.max(self.work / WORK_PER_EXPANSION)
+    }
+
     /// The limit that has been met, if any.
     fn limit(&self) -> Option<End> {
         let Limits { expansions_max, states_max, bytes_max, interrupt } = self.limits;
         // A state's number is 32 bits wide, and one value is reserved.
         let states_max = states_max.min(u32::MAX as usize - 2);
-        if self.phase.expanded >= expansions_max {
+        if self.spent() >= expansions_max {
             Some(End::Limit(Limit::Expansions))
         } else if self.store.len() >= states_max {
             Some(End::Limit(Limit::States))

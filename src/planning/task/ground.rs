@@ -6,7 +6,7 @@ use super::TaskError;
 use super::formula::Formula;
 use super::lowering::{Ranges, SlotAtom, SlotCondition, SlotEffect, SlotTerm, Symbols};
 use super::predicate_kind::PredicateKind;
-use crate::pddl::Name;
+use crate::pddl::{Name, Number};
 use crate::planning::GroundingLimits;
 
 /// Changes under one condition.
@@ -20,9 +20,12 @@ pub(in crate::planning) struct GroundEffect {
 /// What an action adds to `total-cost`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct GroundCost {
-    pub(super) number: f64,
+    pub(super) numbers: Vec<Number>,
     pub(super) functions: Vec<(Name, Vec<u32>)>,
 }
+
+/// How many steps pass between two questions to `interrupt`: about a millisecond.
+const INTERRUPT_EVERY: u64 = 4096;
 
 /// Looks at one binding; answers whether that is enough.
 type Visit<'v, 'a> = dyn FnMut(&mut Grounder<'a>, &mut [u32]) -> Result<bool, TaskError> + 'v;
@@ -36,6 +39,7 @@ pub(super) struct Grounder<'a> {
     /// Predicate and arguments of each numbered atom.
     pub(super) atoms: Vec<(u32, Vec<u32>)>,
     limits: &'a GroundingLimits,
+    interrupt: &'a dyn Fn() -> bool,
     steps: u64,
 }
 
@@ -45,11 +49,19 @@ impl<'a> Grounder<'a> {
         symbols: &'a Symbols<'a>,
         kinds: Vec<PredicateKind>,
         statics: &[(u32, Vec<u32>)],
-        limits: &'a GroundingLimits,
+        (limits, interrupt): (&'a GroundingLimits, &'a dyn Fn() -> bool),
     ) -> Self {
         let (index, atoms) = (BTreeMap::new(), Vec::new());
-        let mut grounder =
-            Self { symbols, kinds, statics: BTreeSet::new(), index, atoms, limits, steps: 0 };
+        let mut grounder = Self {
+            symbols,
+            kinds,
+            statics: BTreeSet::new(),
+            index,
+            atoms,
+            limits,
+            interrupt,
+            steps: 0,
+        };
         grounder.statics = statics.iter().map(|(p, args)| grounder.key(*p, args)).collect();
         grounder
     }
@@ -71,6 +83,9 @@ impl<'a> Grounder<'a> {
         self.steps += 1;
         if self.steps > self.limits.steps_max {
             return Err(TaskError::limit("grounding.steps_max", self.limits.steps_max));
+        }
+        if self.steps.is_multiple_of(INTERRUPT_EVERY) && (self.interrupt)() {
+            return Err(TaskError::Interrupted);
         }
         Ok(())
     }
@@ -208,7 +223,7 @@ impl<'a> Grounder<'a> {
                     Ok(false)
                 })?;
             }
-            SlotEffect::Number(number) => out.1.number += number,
+            SlotEffect::Number(number) => out.1.numbers.push(*number),
             SlotEffect::Function(name, args) => {
                 let args = args.iter().map(|&a| object(a, binding)).collect();
                 out.1.functions.push((name.clone(), args));

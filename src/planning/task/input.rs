@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::pddl::{Atom, Condition, Domain, Name, NotStratified, Typed};
+use crate::logic::CostError;
+use crate::pddl::{Atom, Condition, Domain, Name, NotStratified, Number, Typed};
 
 /// Which states a task has to serve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub struct TaskInput<'a> {
     /// What must hold at the end; may be anything that a precondition may be.
     pub goal: &'a Condition,
     /// Values of cost functions.
-    pub costs: &'a BTreeMap<Atom, f64>,
+    pub costs: &'a BTreeMap<Atom, Number>,
     /// Whether actions cost what they add to `total-cost`; otherwise each costs 1.
     pub minimise_cost: bool,
 }
@@ -43,17 +44,27 @@ pub enum TaskError {
         /// What it allows.
         value: u64,
     },
+    /// The caller did not want to wait any longer.
+    #[error("grounding was interrupted")]
+    Interrupted,
     /// A condition, fact or goal names something that the domain or the objects lack.
     #[error("expected a declared predicate, object or variable, got `{name}`")]
     UnknownName {
         /// As it is written.
         name: Name,
     },
-    /// An action's cost is a function that was given no value.
-    #[error("expected a value of the cost {function}, got none")]
-    NoCost {
-        /// With its arguments.
-        function: Atom,
+    /// An action has no cost.
+    #[error(transparent)]
+    Cost(#[from] CostError),
+    /// The costs of the actions have no common unit that is both small and large enough.
+    #[error("expected costs that are at most {max} of their common unit {unit}, got {cost}")]
+    CostRange {
+        /// The largest number that all costs are whole multiples of.
+        unit: Number,
+        /// The dearest action's.
+        cost: Number,
+        /// How many units an action may cost.
+        max: u64,
     },
     /// The derived predicates depend on their own negation.
     #[error(transparent)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::TaskError;
 use crate::logic::Universe;
-use crate::pddl::{Condition, CostTerm, Domain, Effect, Literal, Name, Term, Typed, Types};
+use crate::pddl::{Condition, CostTerm, Domain, Effect, Literal, Name, Number, Term, Typed, Types};
 
 /// Numbers for objects and predicates.
 pub(super) struct Symbols<'a> {
@@ -55,7 +55,7 @@ pub(super) enum SlotEffect {
     Change(SlotAtom, bool),
     When(SlotCondition, Box<SlotEffect>),
     Forall(Ranges, Box<SlotEffect>),
-    Number(f64),
+    Number(Number),
     Function(Name, Vec<SlotTerm>),
 }
 

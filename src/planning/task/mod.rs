@@ -25,6 +25,7 @@ mod instantiate;
 mod draft;
 mod prune;
 mod axioms;
+mod costs;
 mod operator;
 mod successors;
 mod pack;
@@ -33,7 +34,7 @@ mod state_registry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::GroundingLimits;
-use crate::pddl::{Atom, Domain, Name};
+use crate::pddl::{Atom, Domain, Name, Number};
 use axioms::Axioms;
 use ground::Grounder;
 use lowering::Symbols;
@@ -65,8 +66,8 @@ pub struct Task {
     /// Derived atoms that depend on themselves.
     pub(super) recursive: BTreeSet<u32>,
     pub(super) axioms: Axioms,
-    /// How many units of cost make 1.
-    pub(super) cost_scale: u64,
+    /// What an operator's cost of 1 stands for.
+    pub(super) cost_unit: Number,
 }
 
 impl Task {
@@ -79,13 +80,26 @@ impl Task {
         coverage: Coverage,
         limits: &GroundingLimits,
     ) -> Result<Self, TaskError> {
+        Self::until(input, coverage, limits, &|| false)
+    }
+
+    /// As [`Self::new`]; `interrupt` is polled, and `true` ends it.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`], and [`TaskError::Interrupted`].
+    pub fn until(
+        input: &TaskInput<'_>,
+        coverage: Coverage,
+        limits: &GroundingLimits,
+        interrupt: &dyn Fn() -> bool,
+    ) -> Result<Self, TaskError> {
         let symbols = Symbols::new(input.domain, input.objects);
         check_sizes(input.domain, &symbols, limits)?;
         let kinds = predicate_kind::kinds(input.domain, &symbols);
         let facts = numbered(input.init, &symbols)?;
         let is_static = |(p, _): &&(u32, Vec<u32>)| kinds[*p as usize] == PredicateKind::Static;
         let statics: Vec<_> = facts.iter().filter(is_static).cloned().collect();
-        let mut grounder = Grounder::new(&symbols, kinds, &statics, limits);
+        let mut grounder = Grounder::new(&symbols, kinds, &statics, (limits, interrupt));
         let mut draft = draft::draft(input, &symbols, &statics, &mut grounder, limits)?;
         if coverage == Coverage::Reachable {
             let mut initial = vec![false; grounder.atoms.len()];
@@ -156,9 +170,9 @@ impl Task {
         &self.operators
     }
 
-    /// How many units of cost make 1.
-    pub(crate) fn cost_scale(&self) -> u64 {
-        self.cost_scale
+    /// A penalty in units of cost, rounded up where it is no whole number of them.
+    pub(crate) fn penalty(&self, penalty: u32) -> u64 {
+        costs::in_units(penalty, self.cost_unit)
     }
 
     /// The goal as masks, when it is a conjunction of literals over atoms that are not derived by

@@ -8,7 +8,7 @@ use crate::pddl::Step;
 #[derive(Debug, Clone)]
 pub(crate) struct Operator {
     pub(in crate::planning) step: Step,
-    /// In units of `1 / cost_scale`, without penalties.
+    /// In units of the task's `cost_unit`, without penalties.
     pub(in crate::planning) cost: u64,
     pub(in crate::planning) precondition: Formula,
     pub(in crate::planning) effects: Vec<GroundEffect>,
@@ -38,7 +38,7 @@ impl Operator {
         &self.step
     }
 
-    /// Its own cost, in units of `1 / cost_scale`.
+    /// Its own cost, in units of the task's `cost_unit`.
     pub(crate) fn cost(&self) -> u64 {
         self.cost
     }

@@ -10,8 +10,9 @@ use super::lowering::Symbols;
 use super::operator::{Operator, PackedEffect};
 use super::predicate_kind::PredicateKind;
 use super::successors::Successors;
-use super::{Task, TaskError, TaskInput, prune};
-use crate::pddl::{Atom, Name, Step, stratify};
+use super::{Task, TaskError, TaskInput, costs, prune};
+use crate::logic::{CostError, cost_of};
+use crate::pddl::{Atom, Name, Number, Step, stratify};
 
 /// Turns a draft into a task: renumbers the atoms that matter and packs everything.
 pub(super) struct Packing<'a> {
@@ -43,7 +44,7 @@ impl Packing<'_> {
         let rules: Vec<(u32, Formula)> =
             rules.map(|(head, body)| (number[head as usize], body)).collect();
         let axioms = self.axioms(&rules, &atoms, n_fluents)?;
-        let (costs, cost_scale) = self.costs(&draft.actions)?;
+        let (costs, cost_unit) = costs::in_common_unit(&self.costs(&draft.actions)?)?;
         let operators = draft
             .actions
             .into_iter()
@@ -65,7 +66,7 @@ impl Packing<'_> {
             rules,
             recursive,
             axioms,
-            cost_scale,
+            cost_unit,
         })
     }
 
@@ -124,26 +125,23 @@ impl Packing<'_> {
         Operator { step, cost, precondition, effects, test, changes }
     }
 
-    /// The cost of each action in whole units, and how many units make 1.
-    fn costs(&self, actions: &[DraftAction]) -> Result<(Vec<u64>, u64), TaskError> {
+    /// What each action costs.
+    fn costs(&self, actions: &[DraftAction]) -> Result<Vec<Number>, TaskError> {
         if !self.input.minimise_cost {
-            return Ok((vec![1; actions.len()], 1));
+            return Ok(vec![Number::ONE; actions.len()]);
         }
         let value = |(name, args): &(Name, Vec<u32>)| {
             let args = args.iter().map(|&a| self.object(a)).collect();
-            let function = Atom { predicate: name.clone(), args };
-            let found = self.input.costs.get(&function).copied();
-            found.ok_or(TaskError::NoCost { function })
+            cost_of(&Atom { predicate: name.clone(), args }, self.input.costs)
         };
         let cost = |action: &DraftAction| {
-            let functions = action.cost.functions.iter().map(value);
-            functions.sum::<Result<f64, _>>().map(|sum| sum + action.cost.number)
+            let numbers = action.cost.numbers.iter().map(|&number| Ok(number));
+            let mut terms = numbers.chain(action.cost.functions.iter().map(value));
+            terms.try_fold(Number::default(), |sum, term| {
+                sum.checked_add(term?).ok_or(CostError::TooLarge)
+            })
         };
-        let costs = actions.iter().map(cost).collect::<Result<Vec<f64>, _>>()?;
-        let whole = |scale: u64| costs.iter().all(|c| (c * scale as f64).fract() == 0.0);
-        let scale = [1, 10, 100].into_iter().find(|&scale| whole(scale)).unwrap_or(1000);
-        // Rounding is to nearest; `as` saturates, and sums of costs saturate too.
-        Ok((costs.iter().map(|c| (c * scale as f64).round() as u64).collect(), scale))
+        Ok(actions.iter().map(cost).collect::<Result<_, _>>()?)
     }
 }
 

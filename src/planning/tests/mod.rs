@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::logic::{Facts, Universe, bind, derive, effects, evaluate};
-use crate::pddl::{Name, SourceText, parse_domain, parse_problem};
+use crate::pddl::{Name, Number, SourceText, parse_domain, parse_problem};
 
 fn read(domain: &str, problem: &str) -> (Domain, Problem) {
     let domain = parse_domain(&SourceText::new("domain", domain));
@@ -97,7 +97,7 @@ fn agrees_with_brute_force(domain: &Domain, problem: &Problem) {
                 assert!(plan.proven_optimal || !optimal);
                 assert!(plan.cost == shortest || !plan.proven_optimal && plan.cost > shortest);
                 assert!(plan.lower_bound <= shortest);
-                let cost = plan.cost as f64;
+                let cost = Number::from(plan.cost);
                 assert_eq!(validate(domain, &request, &plan.steps), Validation::Valid { cost });
                 for step_idx in 0..plan.steps.len() {
                     rejects_mutations(domain, problem, &plan, step_idx);
@@ -270,6 +270,10 @@ const ROADS_PROBLEM: &str = "(define (problem p) (:domain roads) (:objects a b c
     (= (far b c) 2) (= (far c d) 3) (= (total-cost) 0))
   (:goal (at d)) (:metric minimize (total-cost)))";
 
+fn number(text: &str) -> Number {
+    Number::parse(text).unwrap()
+}
+
 fn solved(domain: &Domain, request: &PlanRequest<'_>, budget: &Budget) -> Plan {
     match plan(domain, request, budget).outcome {
         Outcome::Solved(plan) => plan,
@@ -286,8 +290,8 @@ fn costs_decide_and_fractions_are_scaled() {
     let (domain, problem) = read(ROADS, ROADS_PROBLEM);
     let request = PlanRequest::new(&problem);
     let plan = solved(&domain, &request, &budget(true));
-    assert_eq!((plan.steps.len(), plan.cost, plan.cost_scale), (3, 65, 10));
-    assert_eq!(validate(&domain, &request, &plan.steps), Validation::Valid { cost: 6.5 });
+    assert_eq!((plan.steps.len(), plan.in_full(plan.cost)), (3, number("6.5")));
+    assert_eq!(validate(&domain, &request, &plan.steps), Validation::Valid { cost: number("6.5") });
     let steps_only = PlanRequest { minimise_cost: false, ..request };
     assert_eq!(solved(&domain, &steps_only, &budget(true)).cost, 1);
 }
@@ -298,11 +302,12 @@ fn a_penalised_step_is_worth_a_detour_but_not_a_failure() {
     let penalties = BTreeMap::from([(Step::new("go", &["b", "c"]), 4)]);
     let request = PlanRequest { penalties: &penalties, ..PlanRequest::new(&problem) };
     let plan = solved(&domain, &request, &budget(true));
-    assert_eq!((plan.steps.len(), plan.cost, plan.penalty), (1, 100, 0));
+    assert_eq!((plan.steps.len(), plan.in_full(plan.cost), plan.penalty), (1, number("10"), 0));
     let mild = BTreeMap::from([(Step::new("go", &["b", "c"]), 1)]);
     let request = PlanRequest { penalties: &mild, ..request };
     let plan = solved(&domain, &request, &budget(true));
-    assert_eq!((plan.cost, plan.penalty), (65, 10));
+    let costs = [plan.cost, plan.penalty].map(|units| plan.in_full(units));
+    assert_eq!(costs, [number("6.5"), number("1")]);
 }
 
 #[test]
@@ -379,7 +384,7 @@ fn the_validator_names_the_step_and_the_literal() {
         Step::new("pick", &["a"]),
         Step::new("stack", &["a", "b"]),
     ];
-    assert_eq!(validate(&domain, &request, &steps), Validation::Valid { cost: 4.0 });
+    assert_eq!(validate(&domain, &request, &steps), Validation::Valid { cost: Number::from(4) });
     let without_drop = [steps[0].clone(), steps[2].clone()];
     assert_eq!(reason(&without_drop), (Some(1), "(pick a): (free) does not hold".to_owned()));
     assert_eq!(reason(&steps[..3]), (None, "goal not reached: (on a b) does not hold".to_owned()));

@@ -7,10 +7,16 @@ use std::collections::BinaryHeap;
 
 use super::*;
 use crate::planning::heuristics::{Blind, Heuristic, Landmarks, LmCut, Max};
-use crate::planning::solve::SearchEnd;
+use crate::planning::solve::{Interrupts, SearchEnd};
 use crate::planning::task::{Formula, bit};
 
 const N_ATOMS: usize = 5;
+
+const UNTIL_THE_END: Interrupts<'static> = Interrupts { proof: &|| false, all: &|| false };
+
+fn until(interrupt: &dyn Fn() -> bool) -> Interrupts<'_> {
+    Interrupts { proof: interrupt, all: interrupt }
+}
 
 /// A literal: an atom and its value.
 fn literal((atom, value): (usize, bool)) -> String {
@@ -163,8 +169,8 @@ fn searches_agree(solver: &Solver, costs: &[u64], state: &[u64], truth: Option<u
         improve(0),
         improve(500),
     ] {
-        let answer = solver.search_from(state, costs, &budget, &|| false);
-        assert_eq!(answer, solver.search_from(state, costs, &budget, &|| false));
+        let answer = solver.search_from(state, costs, &budget, UNTIL_THE_END);
+        assert_eq!(answer, solver.search_from(state, costs, &budget, UNTIL_THE_END));
         match (answer.end, truth) {
             (SearchEnd::Exhausted { .. }, None) => {}
             (SearchEnd::Found { operators, cost, proven_optimal }, Some(truth)) => {
@@ -237,8 +243,8 @@ fn more_improvement_never_costs_more_and_is_repeatable() {
     let mut all = Vec::new();
     for improve_expansions_max in [0, 30, 300, 3000, 30_000] {
         let budget = Budget { improve_expansions_max, ..budget(false) };
-        let answer = solver.search_from(&state, &costs, &budget, &|| false);
-        assert_eq!(answer, solver.search_from(&state, &costs, &budget, &|| false));
+        let answer = solver.search_from(&state, &costs, &budget, UNTIL_THE_END);
+        assert_eq!(answer, solver.search_from(&state, &costs, &budget, UNTIL_THE_END));
         let SearchEnd::Found { operators, cost, .. } = answer.end else { panic!("a plan exists") };
         assert_eq!(replayed(solver.task(), &costs, &state, &operators), cost);
         assert!(cost <= last, "{cost} after {last}");
@@ -259,7 +265,7 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
         }
     };
     for budget in [budget(true), budget(false)] {
-        let answer = solver.search_from(&state, &costs, &budget, &after(2));
+        let answer = solver.search_from(&state, &costs, &budget, until(&after(2)));
         let expanded: u64 = answer.phases.iter().map(|p| p.expanded).sum();
         assert!(expanded < 100, "{expanded} states after the second question");
         assert_eq!(answer.end, SearchEnd::Interrupted);
@@ -269,10 +275,10 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
         n_asked.set(n_asked.get() + 1);
         false
     };
-    solver.search_from(&state, &costs, &budget(false), &count);
+    solver.search_from(&state, &costs, &budget(false), until(&count));
     let improving = Budget { improve_expansions_max: 100_000, ..budget(false) };
-    let whole = solver.search_from(&state, &costs, &improving, &|| false);
-    let cut = solver.search_from(&state, &costs, &improving, &after(n_asked.get() + 20));
+    let whole = solver.search_from(&state, &costs, &improving, UNTIL_THE_END);
+    let cut = solver.search_from(&state, &costs, &improving, until(&after(n_asked.get() + 20)));
     let improvement = |phases: &[Phase]| phases.last().map_or(0, |p| p.expanded);
     let expanded = (improvement(&cut.phases), improvement(&whole.phases));
     assert!(expanded.0 < expanded.1, "{expanded:?}");
@@ -290,7 +296,7 @@ fn turns_of_two_searches_meet_the_same_limits() {
     let (solver, state, costs) = tall_task(9);
     for optimal_expansions_max in [10, 70_000] {
         let budget = Budget { optimal_expansions_max, ..budget(true) };
-        let answer = solver.search_from(&state, &costs, &budget, &|| false);
+        let answer = solver.search_from(&state, &costs, &budget, UNTIL_THE_END);
         let expanded: u64 = answer.phases.iter().map(|p| p.expanded).sum();
         assert!(expanded <= optimal_expansions_max);
         assert!(answer.lower_bound > 0);

@@ -127,10 +127,15 @@ fn sums(databases: &[Database]) -> Vec<Vec<u32>> {
 }
 
 /// The heuristic of a task's databases.
-pub(in crate::planning) struct Patterns<'a>(pub(in crate::planning) &'a Databases);
+pub(in crate::planning) struct Patterns<'a> {
+    /// At the actions' own costs.
+    pub(in crate::planning) databases: &'a Databases,
+    /// How many units of these costs make 1 of those that are asked for.
+    pub(in crate::planning) unit: u64,
+}
 
 impl Heuristic for Patterns<'_> {
     fn estimate(&mut self, state: &[u64]) -> Option<u64> {
-        self.0.estimate(state)
+        Some(self.databases.estimate(state)? / self.unit)
     }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::logic::{Bindings, Facts, Truth, Universe, bind, effects, evaluate};
 use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
-use crate::pddl::{Atom, Domain, SourceText, Step, Typed, parse_goal};
+use crate::pddl::{Atom, Domain, Number, SourceText, Step, Typed, parse_goal};
 use crate::planners::{Deadlines, PlanQuery, Planner, PlannerConfig, TableConfig};
 use crate::planning::{Budget, Outcome, Plan, PlanAnswer, Statistics};
 use crate::replanning::*;
@@ -217,7 +217,7 @@ impl Planner for Scripted {
         let outcome = Outcome::Solved(Plan {
             steps: self.0.clone(),
             cost: 4,
-            cost_scale: 1,
+            cost_unit: Number::ONE,
             penalty: 0,
             lower_bound: 0,
             proven_optimal: false,
