@@ -19,6 +19,7 @@ mod plan;
 mod reports;
 mod run;
 mod schema;
+mod stop;
 mod services;
 mod stress;
 mod sweep;

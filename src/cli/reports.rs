@@ -8,9 +8,9 @@ use serde::Serialize;
 use crate::domain_check::DomainFinding;
 use crate::metrics::EpisodeReport;
 use crate::parts::PartOption;
-use crate::pddl::Atom;
+use crate::pddl::{Atom, Step};
 use crate::perception::self_check::FindingKind;
-use crate::planning::{Outcome, Proof};
+use crate::planning::{Explanation, Outcome, Proof};
 
 /// Output of `groundloop run --json`: one episode, or all of them with `--episodes`.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -54,6 +54,9 @@ pub(super) struct PlanReport {
     pub(super) optimal: Option<bool>,
     /// No plan is cheaper than this; 0 if nothing is known.
     pub(super) lower_bound: Option<f64>,
+    /// What is known of cheaper plans, and what ended the search for one; `null` where the plan is
+    /// proven to be cheapest, and where there is none.
+    pub(super) unproven: Option<String>,
     /// Kind of the proof that there is no plan.
     #[schemars(extend("enum" = with_null(&Proof::KINDS)))]
     pub(super) proof: Option<&'static str>,
@@ -92,6 +95,49 @@ pub(super) struct ValidationReport {
     pub(super) step_idx: Option<usize>,
     /// Why the plan is not valid.
     pub(super) reason: Option<String>,
+    /// More about a plan that is not valid, with `--explain`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) explanation: Option<ExplanationReport>,
+}
+
+/// More about a plan that is not valid.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ExplanationReport {
+    /// What had to hold, as PDDL; `null` where the step is none of the domain's.
+    pub(super) needed: Option<String>,
+    /// The parts of it that do not hold.
+    pub(super) missing: Vec<MissingReport>,
+    /// What to change, in words; `null` where nothing was found.
+    pub(super) repair: Option<String>,
+    /// The plan with that change.
+    pub(super) repaired: Option<Vec<String>>,
+}
+
+/// A part of a condition that does not hold.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct MissingReport {
+    /// As PDDL.
+    pub(super) part: String,
+    /// Index of the last step that changed its atom, from 0; `null` where none did.
+    pub(super) changed_by: Option<usize>,
+}
+
+impl ExplanationReport {
+    /// As text.
+    pub(super) fn new(explanation: &Explanation) -> Self {
+        let Explanation { needed, missing, repair, .. } = explanation;
+        let texts = |steps: &[Step]| steps.iter().map(ToString::to_string).collect();
+        let missing = missing.iter().map(|missing| MissingReport {
+            part: missing.part.to_string(),
+            changed_by: missing.changed_by.as_ref().map(|(idx, _)| *idx),
+        });
+        Self {
+            needed: needed.as_ref().map(ToString::to_string),
+            missing: missing.collect(),
+            repair: repair.as_ref().map(|repair| repair.text.clone()),
+            repaired: repair.as_ref().map(|repair| texts(&repair.steps)),
+        }
+    }
 }
 
 /// A thing outside of where objects stand.

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use super::plan::{Task, read_task, source};
-use super::reports::ValidationReport;
+use super::reports::{ExplanationReport, ValidationReport};
 use super::{Failure, exit, out};
 use crate::pddl::{Number, parse_plan};
-use crate::planning::{PlanRequest, Validation, validate};
+use crate::planning::{PlanRequest, Validation, explain, validate};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -19,6 +19,9 @@ pub(super) struct Args {
     /// A plan: one `(action object …)` per line, `;` starts a comment.
     #[arg(long, value_name = "FILE")]
     plan: PathBuf,
+    /// Say of a wrong plan which condition fails, which step made it so, and the nearest repair
+    #[arg(long)]
+    explain: bool,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -28,10 +31,12 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let Task { domain, problem } = read_task(&args.domain, &args.problem)?;
     let steps = parse_plan(&source(&args.plan)?)?;
-    let (cost, wrong) = match validate(&domain, &PlanRequest::new(&problem), &steps) {
+    let request = PlanRequest::new(&problem);
+    let (cost, wrong) = match validate(&domain, &request, &steps) {
         Validation::Valid { cost } => (Some(cost), None),
         Validation::Invalid { step_idx, reason } => (None, Some((step_idx, reason))),
     };
+    let explanation = args.explain.then(|| explain(&domain, &request, &steps)).flatten();
     if args.json {
         let (step_idx, reason) = match &wrong {
             Some((step_idx, reason)) => (*step_idx, Some(reason.clone())),
@@ -39,7 +44,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         };
         let (valid, steps) = (wrong.is_none(), steps.len());
         let cost = cost.map(Number::to_f64);
-        out::json(&ValidationReport { valid, cost, steps, step_idx, reason })?;
+        let explanation = explanation.as_ref().map(ExplanationReport::new);
+        out::json(&ValidationReport { valid, cost, steps, step_idx, reason, explanation })?;
     } else {
         match (&wrong, cost) {
             (Some((Some(idx), reason)), _) => {
@@ -50,6 +56,9 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
                 let (n, cost) = (steps.len(), cost.unwrap_or_default());
                 out::line(&format!("plan valid: {n} steps, cost {cost}"));
             }
+        }
+        if let Some(explanation) = explanation {
+            out::line(&explanation.to_string());
         }
     }
     Ok(if wrong.is_none() { 0 } else { exit::CHECK_FAILED })

@@ -11,7 +11,8 @@ pub use demand::Demand;
 pub use extension::{Extension, derive};
 pub use facts::Facts;
 pub use semantics::{
-    Changes, CostError, Universe, bind, cost_of, effects, evaluate, mentioned_unknowns, unsatisfied,
+    Changes, CostError, Universe, bind, cost_of, effects, evaluate, failing, mentioned_unknowns,
+    unsatisfied,
 };
 pub use truth::Truth;
 pub use variables::{Bindings, speaks_of_all, substitute};

@@ -2,8 +2,10 @@
 
 use super::error::{ErrorKind, PddlError, SourcePosition, SourceText, Span};
 
-/// The byte order marks of UTF-16, with how two bytes make a unit.
-const UTF_16: [([u8; 2], fn([u8; 2]) -> u16); 2] =
+/// A byte order mark of UTF-16, and how two bytes make a unit after it.
+type ByteOrder = ([u8; 2], fn([u8; 2]) -> u16);
+
+const UTF_16: [ByteOrder; 2] =
     [([0xff, 0xfe], u16::from_le_bytes), ([0xfe, 0xff], u16::from_be_bytes)];
 /// How many bytes that are no UTF-8 are shown in a message.
 const SHOWN_BYTES_MAX: usize = 4;

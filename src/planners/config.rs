@@ -9,7 +9,7 @@ use super::{PLANNERS, Planner, PlannerInputs};
 use crate::messages::{PlanSource, Reuse};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext, PartError};
-use crate::planning::Budget;
+use crate::planning::{Budget, GroundingLimits};
 
 /// `[planner]` of a run file: which planner, and its budget of states and time.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -32,11 +32,40 @@ pub struct PlannerConfig {
     pub deadline_ms: u64,
     /// Cost that each failure adds to a step.
     pub failure_penalty: u32,
+    /// Bounds of grounding a task.
+    pub grounding: GroundingConfig,
     /// Distances of states to the goal, computed beside the loop.
     pub table: TableConfig,
     /// The options of the planner.
     #[schemars(with = "Option<serde_json::Map<String, serde_json::Value>>")]
     pub options: Option<toml::Table>,
+}
+
+/// `[planner.grounding]`: how large a task may become when it is grounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GroundingConfig {
+    /// Most ground actions.
+    pub actions_max: usize,
+    /// Most ground atoms.
+    pub atoms_max: usize,
+    /// Most elementary steps.
+    pub steps_max: u64,
+}
+
+impl GroundingConfig {
+    /// As grounding takes them.
+    pub fn limits(self) -> GroundingLimits {
+        let Self { actions_max, atoms_max, steps_max } = self;
+        GroundingLimits { actions_max, atoms_max, steps_max }
+    }
+}
+
+impl From<&GroundingLimits> for GroundingConfig {
+    fn from(limits: &GroundingLimits) -> Self {
+        let GroundingLimits { actions_max, atoms_max, steps_max } = *limits;
+        Self { actions_max, atoms_max, steps_max }
+    }
 }
 
 /// `[planner.table]`: the goal-rooted distance table, which is made beside the loop.
@@ -63,6 +92,7 @@ impl PlannerConfig {
             improve_expansions_max: 0,
             deadline_ms: u64::MAX,
             failure_penalty: 0,
+            grounding: (&budget.grounding).into(),
             table: TableConfig { states_max: 0, bytes_max: 0, adopt_after_cycles: 0 },
             options: None,
         }
@@ -75,6 +105,7 @@ impl PlannerConfig {
             optimal_expansions_max: self.optimal_expansions_max,
             greedy_expansions_max: self.expansions_max,
             improve_expansions_max: if improves { self.improve_expansions_max } else { 0 },
+            grounding: self.grounding.limits(),
             ..Budget::standard()
         }
     }

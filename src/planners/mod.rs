@@ -11,7 +11,7 @@ use crate::parts::{Registry, Role};
 use crate::pddl::{Atom, Condition, Domain, Number, Step, Typed};
 use crate::planning::{Budget, PlanAnswer, PlanRequest, Solver};
 
-pub use config::{PlannerConfig, TableConfig};
+pub use config::{GroundingConfig, PlannerConfig, TableConfig};
 pub use fast_downward::{BackendAnswer, FastDownward};
 
 /// What a planner is asked.

@@ -4,13 +4,14 @@
 //! goes first, for as long as nobody notices. Then a greedy search takes turns with it until one of
 //! them has a plan, which is then proven to be cheapest, or made cheaper. All turns are counted.
 
+use super::answer::{COST, Interrupts, SearchEnd};
 use super::budget::{Budget, OptimalHeuristic};
 use super::heuristics::{
     Blind, FastForward, Heuristic, Landmarks, LmCut, Max, Patterns, RelaxedTask,
 };
 use super::outcome::{Phase, Proof};
 use super::search::{self, AStar, End, Greedy, Limit, Limits};
-use super::solve::{COST, Interrupts, SearchEnd, Solver};
+use super::solver::Solver;
 
 /// Name of the limit of the optimal searches.
 const OPTIMAL: &str = "optimal_expansions_max";
@@ -231,7 +232,7 @@ struct Proving<'a> {
     stopped: Option<Stop>,
     /// A lower bound from elsewhere.
     root_bound: u64,
-    /// What the best plan known costs: once no plan is cheaper, that is proven.
+    /// What the best plan known costs: once no plan is cheaper, that is proven. `u64::MAX` for none.
     enough: u64,
 }
 
@@ -244,11 +245,12 @@ impl<'a> Proving<'a> {
             searches.push(Self::astar(
                 call,
                 match call.budget.optimal_heuristic {
-                    OptimalHeuristic::Auto | OptimalHeuristic::Blind => &BLIND,
                     OptimalHeuristic::Max => &MAX,
                     OptimalHeuristic::LmCut => &LM_CUT,
                     OptimalHeuristic::Patterns if call.solver.databases().is_some() => &PATTERNS,
-                    OptimalHeuristic::Patterns => &BLIND,
+                    OptimalHeuristic::Auto
+                    | OptimalHeuristic::Blind
+                    | OptimalHeuristic::Patterns => &BLIND,
                 },
             ));
         }
@@ -270,7 +272,7 @@ impl<'a> Proving<'a> {
 
     /// Whether no plan is cheaper than the best one known.
     fn is_enough(&self) -> bool {
-        self.lower_bound() >= self.enough
+        self.enough < u64::MAX && self.lower_bound() >= self.enough
     }
 
     fn phases(&self) -> Vec<Phase> {

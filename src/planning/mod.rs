@@ -10,20 +10,25 @@ mod budget;
 mod outcome;
 mod plan;
 mod validate;
+mod explain;
 mod task;
 mod mutex;
 mod heuristics;
 mod search;
-mod solve;
+mod answer;
+mod solver;
 mod call;
+mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use answer::Interrupts;
 pub use budget::{Budget, GroundingLimits, OptimalHeuristic};
+pub use explain::{Explanation, MissingPart, PlanRepair, explain, impossible_parts};
 pub use mutex::{MutexGroups, Violation};
 pub use outcome::{Outcome, Phase, Proof, Statistics};
 pub use plan::Plan;
-pub use solve::{Interrupts, Solver};
+pub use solver::Solver;
 pub use task::{Coverage, Task, TaskError, TaskInput};
 pub(crate) use task::{LiteralMask, Operator, StateRegistry, static_predicates};
 pub use validate::{Validation, validate};

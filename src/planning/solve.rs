@@ -2,103 +2,15 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-use std::sync::OnceLock;
 
+use super::answer::{COST, Interrupts, SearchAnswer, SearchEnd};
 use super::call::{Call, CallAnswer};
-use super::heuristics::{Databases, RelaxedTask};
-use super::task::{Formula, Task};
-use super::{Budget, Outcome, Phase, Plan, PlanAnswer, Proof, Statistics};
+use super::solver::Solver;
+use super::task::Formula;
+use super::{Budget, Outcome, Plan, PlanAnswer, Proof, Statistics};
 use crate::pddl::{Atom, Step};
 
-/// Solves one task again and again, from changing states and at changing prices.
-///
-/// Owns what heuristics derive from the task: made when first asked for, kept as long as the task.
-#[derive(Debug)]
-pub struct Solver {
-    task: Task,
-    relaxed: OnceLock<RelaxedTask>,
-    databases: OnceLock<Option<Databases>>,
-}
-
-/// The answer of the searches over packed states.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct SearchAnswer {
-    /// A plan as operators, or why there is none.
-    pub(crate) end: SearchEnd,
-    /// No plan is cheaper than this; 0 when nothing is known.
-    pub(crate) lower_bound: u64,
-    /// The limit that ended the call before its plan was proven cheapest.
-    pub(crate) unproven: Option<(&'static str, u64)>,
-    /// One entry for each search that ran.
-    pub(crate) phases: Vec<Phase>,
-}
-
-/// How the searches over packed states ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum SearchEnd {
-    /// Operators that lead to the goal.
-    Found {
-        /// Numbers of the operators, in order.
-        operators: Vec<u32>,
-        /// Sum of the costs that were handed in.
-        cost: u64,
-        /// Whether no plan is cheaper.
-        proven_optimal: bool,
-    },
-    /// There is no plan.
-    Exhausted {
-        /// Why that is certain.
-        proof: Proof,
-    },
-    /// A limit was met.
-    OutOfBudget {
-        /// Its key in [`Budget`].
-        limit: &'static str,
-        /// What it allows.
-        value: u64,
-    },
-    /// The caller did not want to wait any longer.
-    Interrupted,
-}
-
-/// When a call is to end, polled often from the thread that plans.
-#[derive(Clone, Copy)]
-pub struct Interrupts<'a> {
-    /// `true` ends the search for a cheapest plan: what is left of the time goes into finding a plan
-    /// and making it cheaper.
-    pub proof: &'a dyn Fn() -> bool,
-    /// `true` ends the call with what there is.
-    pub all: &'a dyn Fn() -> bool,
-}
-
-impl fmt::Debug for Interrupts<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Interrupts").finish_non_exhaustive()
-    }
-}
-
 impl Solver {
-    /// Solves a task; nothing is computed yet.
-    pub fn new(task: Task) -> Self {
-        Self { task, relaxed: OnceLock::new(), databases: OnceLock::new() }
-    }
-
-    /// What is solved; its states are those that [`Self::solve`] packs.
-    pub fn task(&self) -> &Task {
-        &self.task
-    }
-
-    /// The task's delete relaxation.
-    pub(super) fn relaxed(&self) -> &RelaxedTask {
-        self.relaxed.get_or_init(|| RelaxedTask::new(&self.task))
-    }
-
-    /// The task's pattern databases; none where they do not apply.
-    pub(super) fn databases(&self) -> Option<&Databases> {
-        self.databases.get_or_init(|| Databases::new(&self.task)).as_ref()
-    }
-
     /// Plans from `init` within the task; see [`super::plan()`].
     ///
     /// `interrupt` is polled; once it says yes, the call ends with the plan that it has, or with
@@ -122,7 +34,7 @@ impl Solver {
         budget: &Budget,
         interrupts: Interrupts<'_>,
     ) -> PlanAnswer {
-        let task = &self.task;
+        let task = self.task();
         let penalties = self.penalties(penalties);
         let costs = self.costs(&penalties);
         let answer = self.search_from(&task.state(init), &costs, budget, interrupts);
@@ -160,13 +72,13 @@ impl Solver {
 
     /// The penalty of each operator, in units of cost.
     pub(crate) fn penalties(&self, penalties: &BTreeMap<Step, u32>) -> Vec<u64> {
-        let penalty = |step: &Step| self.task.penalty(penalties.get(step).copied().unwrap_or(0));
-        self.task.operators.iter().map(|o| penalty(&o.step)).collect()
+        let penalty = |step: &Step| self.task().penalty(penalties.get(step).copied().unwrap_or(0));
+        self.task().operators.iter().map(|o| penalty(&o.step)).collect()
     }
 
     /// What each operator costs, penalty included.
     pub(crate) fn costs(&self, penalties: &[u64]) -> Vec<u64> {
-        let operators = self.task.operators.iter().zip(penalties);
+        let operators = self.task().operators.iter().zip(penalties);
         operators.map(|(o, p)| o.cost.saturating_add(*p)).collect()
     }
 
@@ -184,9 +96,9 @@ impl Solver {
         let call = Call { solver: self, state, costs: &costs, unit, budget, interrupts };
         let settled =
             |end, lower_bound| CallAnswer { end, lower_bound, unproven: None, phases: Vec::new() };
-        let answer = if self.task.goal == Formula::False {
+        let answer = if self.task().goal == Formula::False {
             settled(SearchEnd::Exhausted { proof: Proof::GoalFalse }, u64::MAX)
-        } else if self.task.is_goal(state) {
+        } else if self.task().is_goal(state) {
             let proven_optimal = true;
             settled(SearchEnd::Found { operators: Vec::new(), cost: 0, proven_optimal }, 0)
         } else {
@@ -197,9 +109,6 @@ impl Solver {
         SearchAnswer { end: in_full(end, unit), lower_bound, unproven, phases }
     }
 }
-
-/// Name of the limit of what a plan may cost, in units of cost.
-pub(super) const COST: &str = "cost_units_max";
 
 /// Costs divided by their greatest common divisor, and that divisor.
 fn in_lowest_terms(costs: &[u64]) -> (Cow<'_, [u64]>, u64) {

@@ -67,7 +67,7 @@ fn invalid(idx: usize, step: &Step, reason: &str) -> Validation {
 }
 
 /// Constants and objects, each once.
-fn all_objects(domain: &Domain, objects: &[Typed]) -> Vec<Typed> {
+pub(super) fn all_objects(domain: &Domain, objects: &[Typed]) -> Vec<Typed> {
     let mut all = domain.constants.clone();
     let is_constant = |o: &&Typed| domain.constants.iter().any(|c| c.name == o.name);
     all.extend(objects.iter().filter(|o| !is_constant(o)).cloned());
@@ -75,7 +75,7 @@ fn all_objects(domain: &Domain, objects: &[Typed]) -> Vec<Typed> {
 }
 
 /// What a step changes, or why it cannot be taken.
-fn execute(
+pub(super) fn execute(
     domain: &Domain,
     universe: &Universe<'_>,
     state: &Facts,

@@ -12,7 +12,7 @@ use crate::logic::{Bindings, Facts, Truth, Universe, derive, evaluate, speaks_of
 use crate::messages::{GoalMessage, PlanMessage, PlanSource, PlanVerdict, Spent};
 use crate::pddl::{Domain, Name, Step, Typed};
 use crate::planners::{Deadlines, Grounded, NO_COSTS, PlanQuery, Planner, PlannerConfig};
-use crate::planning::{GroundingLimits, Outcome, PlanAnswer};
+use crate::planning::{Outcome, PlanAnswer};
 use crate::scene::{Origin, Scene};
 
 /// Remembers what has been planned. A clone is a checkpoint.
@@ -91,7 +91,7 @@ impl Replanner {
                 states_max: size(config.table.states_max),
                 bytes_max: size(config.table.bytes_max),
             },
-            grounding: GroundingLimits::standard(),
+            grounding: config.grounding.limits(),
             reference_states: reference_states.into_iter().map(|facts| facts.known).collect(),
         };
         Self {

@@ -96,7 +96,8 @@ impl DomainFolder {
             if !file.exists() {
                 return Ok(None);
             }
-            let source = if name.ends_with(".pddl") {
+            let is_pddl = Path::new(name).extension().is_some_and(|ending| ending == "pddl");
+            let source = if is_pddl {
                 SourceText::decode(file.to_string(), file.bytes()?)?
             } else {
                 SourceText { name: file.to_string(), text: file.text()? }

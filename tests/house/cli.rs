@@ -310,7 +310,7 @@ fn a_plan_is_found_and_accepted() {
     let answer = one_object(&ran.stdout);
     schema::obeys("plan", &answer);
     assert_eq!(keys(&answer)[..5], ["verdict", "reason", "cost", "optimal", "lower_bound"]);
-    assert_eq!(keys(&answer)[5..], ["proof", "plan", "expanded", "time_us"]);
+    assert_eq!(keys(&answer)[5..], ["unproven", "proof", "plan", "expanded", "time_us"]);
     assert_eq!((&answer["verdict"], &answer["reason"]), (&json!("solved"), &json!(null)));
     assert_eq!(answer["cost"], 6.0);
     assert_eq!(keys(&answer["time_us"]), ["parse", "plan", "total"]);

@@ -9,6 +9,7 @@ mod configuration;
 mod layers;
 mod messages;
 mod parts;
+mod plan_limits;
 mod schemas;
 #[cfg(feature = "sim")]
 mod tidy;

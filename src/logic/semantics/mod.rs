@@ -320,31 +320,42 @@ pub fn unsatisfied(
     universe: &Universe<'_>,
     truth: &dyn Fn(&Atom) -> Truth,
 ) -> Vec<String> {
-    let value = evaluate(condition, bindings, universe, truth);
-    if value.is_true() {
+    let reason = |part: Condition| {
+        let value = evaluate(&part, &Bindings::new(), universe, truth);
+        if let (Condition::Not(inner), true) = (&part, value.is_false()) {
+            return format!("{inner} holds");
+        }
+        let verdict = if value.is_false() { "does not hold" } else { "is not known to hold" };
+        format!("{part} {verdict}")
+    };
+    failing(condition, bindings, universe, truth).into_iter().map(reason).collect()
+}
+
+/// The parts of a condition that do not hold, or are not known to, with objects in place of variables;
+/// empty when the condition holds.
+pub fn failing(
+    condition: &Condition,
+    bindings: &Bindings,
+    universe: &Universe<'_>,
+    truth: &dyn Fn(&Atom) -> Truth,
+) -> Vec<Condition> {
+    if evaluate(condition, bindings, universe, truth).is_true() {
         return Vec::new();
     }
     match condition {
         Condition::And(parts) => {
-            parts.iter().flat_map(|p| unsatisfied(p, bindings, universe, truth)).collect()
+            parts.iter().flat_map(|p| failing(p, bindings, universe, truth)).collect()
         }
         Condition::Forall(variables, inner) => assignments(variables, bindings, universe)
-            .flat_map(|b| unsatisfied(inner, &b, universe, truth))
+            .flat_map(|b| failing(inner, &b, universe, truth))
             .collect(),
-        Condition::Not(inner) if value.is_false() => {
-            vec![format!("{} holds", substitute(inner, bindings))]
-        }
         Condition::True
         | Condition::False
         | Condition::Atom(_)
         | Condition::Equal(..)
         | Condition::Not(_)
         | Condition::Or(_)
-        | Condition::Exists(..) => {
-            let shown = substitute(condition, bindings);
-            let verdict = if value.is_false() { "does not hold" } else { "is not known to hold" };
-            vec![format!("{shown} {verdict}")]
-        }
+        | Condition::Exists(..) => vec![substitute(condition, bindings)],
     }
 }
 

@@ -84,7 +84,7 @@ impl<'s> Reader<'s> {
     fn into_warnings(self) -> Vec<Warning> {
         let told = |(_, mut warning, n): (String, Warning, usize)| {
             if n > 1 {
-                warning.message.push_str(&format!(" ({} more like it)", n - 1));
+                warning.message = format!("{} ({} more like it)", warning.message, n - 1);
             }
             warning
         };

@@ -51,7 +51,7 @@ impl<'a> Call<'a> {
     pub(super) fn plan(&mut self, encoded: &Encoded) -> Result<Vec<Step>, Outcome> {
         let files = Files::write(encoded).map_err(broken)?;
         if let Parts::Wheel(_) = self.parts {
-            self.translate(&files)?;
+            self.translate(&files, encoded)?;
         }
         let options = self.options;
         let first =
@@ -62,7 +62,7 @@ impl<'a> Call<'a> {
         }
         // 1 to 3: out of memory or time, but not before a plan was found.
         if !matches!(ended.end, End::Exit(0..=3)) {
-            return Err(self.failed(&ended));
+            return Err(self.failed(&ended, encoded));
         }
         let text = read_bounded(&files.plan).map_err(|error| Outcome::BadInput {
             reason: named(format!("it says that there is a plan, but its file: {error}")),
@@ -72,12 +72,12 @@ impl<'a> Call<'a> {
         })
     }
 
-    fn translate(&mut self, files: &Files) -> Result<(), Outcome> {
+    fn translate(&mut self, files: &Files, encoded: &Encoded) -> Result<(), Outcome> {
         let mut command = Command::new(&self.options.python);
         command.args(["-m", "fast_downward.translate"]).args([&files.domain, &files.problem]);
         command.arg("--sas-file").arg(&files.task).stdin(Stdio::null());
         let ended = self.run(&mut command, files)?;
-        if ended.end == End::Exit(0) { Ok(()) } else { Err(self.failed(&ended)) }
+        if ended.end == End::Exit(0) { Ok(()) } else { Err(self.failed(&ended, encoded)) }
     }
 
     fn search(&mut self, search: &str, files: &Files) -> Result<Ended, Outcome> {
@@ -118,19 +118,28 @@ impl<'a> Call<'a> {
 
     /// What an end without a plan means. The codes are those of the driver, and of both programs
     /// that it starts.
-    fn failed(&self, ended: &Ended) -> Outcome {
+    fn failed(&self, ended: &Ended, encoded: &Encoded) -> Outcome {
         let timeout = ("planner.options.timeout_s", u64::from(self.options.timeout_s));
         let memory = ("planner.options.memory_mb", u64::from(self.options.memory_mb));
         let out_of = |(limit, value)| Outcome::OutOfBudget { limit, value };
         let said = last_line(&ended.stderr).or_else(|| last_line(&ended.stdout));
-        let said = said.unwrap_or("it says nothing").to_owned();
+        let said = encoded.in_own_names(said.unwrap_or("it says nothing"));
+        let key = if self.options.optimal { "optimal_search" } else { "satisficing_search" };
+        let unsupported = |what: String| Outcome::Unsupported { feature: named(what) };
         match ended.end {
             End::Late | End::Exit(21 | 23) => out_of(timeout),
             End::Interrupted => Outcome::Interrupted,
             End::Exit(20 | 22 | 24) => out_of(memory),
             End::Exit(10 | 11) => Outcome::Unsolvable { proof: Proof::OtherPlanner },
             End::Exit(12) => out_of(("planner.options.satisficing_search (it is incomplete)", 0)),
-            End::Exit(31 | 33 | UNSUPPORTED | 37) => Outcome::Unsupported { feature: named(said) },
+            End::Exit(31) => unsupported(format!("its translator refuses the task: {said}")),
+            End::Exit(33) => {
+                unsupported(format!("it does not know the search planner.options.{key}: {said}"))
+            }
+            End::Exit(UNSUPPORTED) => unsupported(format!(
+                "the search planner.options.{key} does not support what the task uses: {said}"
+            )),
+            End::Exit(37) => unsupported(said),
             End::Exit(code) => Outcome::BadInput { reason: named(format!("exit {code}: {said}")) },
             End::Signal(signal) => {
                 Outcome::BadInput { reason: named(format!("killed by signal {signal}: {said}")) }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::plain::{OwnNames, plain};
 use crate::pddl::{
     Action, Atom, Condition, CostTerm, Domain, Effect, Name, Number, Problem, Signature,
     SourceText, Step, Term, Typed, parse_plan, print_domain, print_problem,
@@ -23,6 +24,7 @@ pub(super) struct Encoded {
     pub(super) problem: String,
     /// The actions that are copied for one penalised step each, with their own names.
     copies: BTreeMap<Name, Name>,
+    names: OwnNames,
 }
 
 /// Prints a problem. Each penalised step becomes an action of its own with a cost of its own; the
@@ -62,8 +64,9 @@ pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encod
         // Preconditions may name constants only.
         domain.constants.append(&mut objects);
     }
-    let derived: BTreeSet<&Name> = domain.axioms.iter().map(|axiom| &axiom.head.name).collect();
-    let problem = Problem {
+    let derived: BTreeSet<Name> =
+        domain.axioms.iter().map(|axiom| axiom.head.name.clone()).collect();
+    let mut problem = Problem {
         name: "task".into(),
         domain: domain.name.clone(),
         objects,
@@ -72,7 +75,8 @@ pub(super) fn encode(domain: &Domain, request: &PlanRequest<'_>) -> Result<Encod
         goal: request.goal.clone(),
         minimise_cost: has_costs,
     };
-    Ok(Encoded { domain: print_domain(&domain), problem: print_problem(&problem), copies })
+    let names = plain(&mut domain, &mut problem);
+    Ok(Encoded { domain: print_domain(&domain), problem: print_problem(&problem), copies, names })
 }
 
 /// The effect with `cost` in place of what it costs.
@@ -119,13 +123,11 @@ fn scale(effect: &mut Effect, decimals: u32) -> Result<(), String> {
 
 fn in_units(cost: &mut Number, decimals: u32) -> Result<(), String> {
     let units = cost.scaled(decimals).and_then(|units| u32::try_from(units).ok());
-    match units.filter(|&units| units <= COST_MAX) {
-        Some(units) => *cost = Number::from(u64::from(units)),
-        None => {
-            let unit = Number::new(1, decimals);
-            return Err(format!("the cost {cost}: at most {COST_MAX} units of {unit}"));
-        }
-    }
+    let Some(units) = units.filter(|&units| units <= COST_MAX) else {
+        let unit = Number::new(1, decimals);
+        return Err(format!("the cost {cost}: at most {COST_MAX} units of {unit}"));
+    };
+    *cost = Number::from(u64::from(units));
     Ok(())
 }
 
@@ -199,11 +201,17 @@ impl Encoded {
     pub(super) fn plan(&self, text: &str) -> Result<Vec<Step>, String> {
         let source = SourceText::new("plan", text);
         let steps = parse_plan(&source).map_err(|error| error.to_string())?;
-        let own = |step: Step| match self.copies.get(&step.action) {
-            Some(action) => Step { action: action.clone(), args: step.args },
-            None => step,
+        let own = |step: Step| {
+            let action = self.names.own(&step.action);
+            let args = step.args.iter().map(|name| self.names.own(name)).collect();
+            Step { action: self.copies.get(&action).cloned().unwrap_or(action), args }
         };
         Ok(steps.into_iter().map(own).collect())
+    }
+
+    /// What Fast Downward says, with the problem's own names.
+    pub(super) fn in_own_names(&self, text: &str) -> String {
+        self.names.in_text(text)
     }
 }
 
@@ -236,6 +244,45 @@ mod tests {
         parse_problem(&SourceText::new("printed", &*encoded.problem), &read).unwrap();
         let plan = encoded.plan("(a--penalised-0 o1)\n(a o2)\n; cost = 9\n").unwrap();
         assert_eq!(plan, [Step::new("a", &["o1"]), Step::new("a", &["o2"])]);
+    }
+
+    /// What is read back from the printed domain and problem.
+    fn printed(encoded: &Encoded) -> (Domain, Problem) {
+        let read = parse_domain(&SourceText::new("printed", &*encoded.domain));
+        let domain = read.unwrap_or_else(|e| panic!("{}", e.render())).value;
+        let read = parse_problem(&SourceText::new("printed", &*encoded.problem), &domain);
+        (domain, read.unwrap_or_else(|e| panic!("{}", e.render())).value)
+    }
+
+    #[test]
+    fn foreign_names_and_types_with_several_parents_are_written_plainly() {
+        let domain = "(define (domain größe) (:requirements :adl) (:types kiste - (either ort ding) ort ding)
+            (:predicates (in ?x - ding ?y - ort) (groß ?x - (either ort ding)))
+            (:action lege :parameters (?ä - ding ?y - ort)
+              :precondition (and (groß ?ä) (exists (?z - kiste) (in ?z ?y)))
+              :effect (and (in ?ä ?y) (forall (?z - kiste) (when (in ?z ?y) (groß ?z))))))";
+        let problem =
+            "(define (problem p) (:domain größe) (:objects käse - ding k1 k2 - kiste o - ort)
+            (:init (groß käse) (in k1 k2)) (:goal (and (groß k1) (forall (?x - ding) (or (groß ?x) (in ?x k2) (= ?x k2))))))";
+        let own = parse_domain(&SourceText::new("domain", domain)).unwrap().value;
+        let problem = parse_problem(&SourceText::new("problem", problem), &own).unwrap().value;
+        let request = PlanRequest::new(&problem);
+        let encoded = encode(&own, &request).unwrap();
+        assert!(encoded.domain.is_ascii() && encoded.problem.is_ascii(), "{}", encoded.domain);
+        assert!(!encoded.domain.contains("(either"), "{}", encoded.domain);
+        let (plain_domain, plain_problem) = printed(&encoded);
+        let budget = crate::planning::Budget::standard();
+        let plan = |domain: &Domain, problem: &Problem| {
+            let answer = crate::planning::plan(domain, &PlanRequest::new(problem), &budget);
+            answer.outcome.plan().unwrap().steps.clone()
+        };
+        let found = plan(&plain_domain, &plain_problem);
+        let text: String = found.iter().map(|step| format!("{step}\n")).collect();
+        assert!(text.is_ascii());
+        let steps = encoded.plan(&text).unwrap();
+        assert_eq!(steps.len(), plan(&own, &problem).len());
+        assert!(crate::planning::validate(&own, &request, &steps).is_valid(), "{steps:?}");
+        assert_eq!(encoded.in_own_names("no k--e4--se"), "no käse");
     }
 
     #[test]

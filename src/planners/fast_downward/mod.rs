@@ -6,6 +6,7 @@
 
 mod call;
 mod encode;
+mod plain;
 mod process;
 #[cfg(test)]
 mod tests;

@@ -92,8 +92,14 @@ fn exit_codes_mean_what_they_mean() {
     for code in [12, 20, 21, 22, 23, 24] {
         assert!(matches!(outcome(code), Outcome::OutOfBudget { .. }), "{code}");
     }
-    for code in [31, 33, 34] {
-        let feature = "fast-downward: why".to_owned();
+    let key = "planner.options.satisficing_search";
+    for (code, said) in [
+        (31, "its translator refuses the task: why".to_owned()),
+        (33, format!("it does not know the search {key}: why")),
+        (34, format!("the search {key} does not support what the task uses: why")),
+        (37, "why".to_owned()),
+    ] {
+        let feature = format!("fast-downward: {said}");
         assert_eq!(outcome(code), Outcome::Unsupported { feature }, "{code}");
     }
     assert!(reason(&outcome(30)).contains("exit 30: why"));

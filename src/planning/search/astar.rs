@@ -48,7 +48,7 @@ pub(in crate::planning) struct AStar<'a> {
     heuristic: Box<dyn Heuristic + 'a>,
     open: Open,
     lower_bound: u64,
-    /// A lower bound that is high enough to stop.
+    /// A lower bound that is high enough to stop; `u64::MAX` for none.
     pub(in crate::planning) enough: u64,
     /// Whether a path was left out because its cost cannot be said.
     is_cut: bool,
@@ -95,7 +95,7 @@ impl<'a> AStar<'a> {
             }
             // The estimates need not be consistent, so that totals may fall again.
             self.lower_bound = total.max(self.lower_bound);
-            if self.lower_bound >= self.enough {
+            if self.enough < u64::MAX && self.lower_bound >= self.enough {
                 self.open.queue.push(entry);
                 return End::Enough;
             }

@@ -164,16 +164,14 @@ impl<'a> Greedy<'a> {
         self.space.limits.expansions_max = expansions_max;
         let task = self.space.task;
         loop {
-            let new = match self.stopped_at.take() {
-                Some(number) => Some(number),
-                None => {
-                    let (number, new) = self.space.insert(&self.state, self.from.0, self.from.1);
-                    if new && task.is_goal(&self.state) {
-                        return End::Found(self.space.path(number));
-                    }
-                    new.then_some(number)
+            let mut new = self.stopped_at.take();
+            if new.is_none() {
+                let (number, is_new) = self.space.insert(&self.state, self.from.0, self.from.1);
+                if is_new && task.is_goal(&self.state) {
+                    return End::Found(self.space.path(number));
                 }
-            };
+                new = is_new.then_some(number);
+            }
             if let Some(number) = new {
                 if let Some(end) = self.space.limit() {
                     self.stopped_at = Some(number);

@@ -12,7 +12,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::regress::{Target, targets};
-use super::{INTERRUPT_EVERY, Limits, shorten};
+use super::{INTERRUPT_EVERY, Limits, WORK_PER_EXPANSION, shorten};
 use crate::planning::heuristics::{FastForward, Heuristic as _, Part, RelaxedTask};
 use crate::planning::outcome::Phase;
 use crate::planning::task::{Formula, StateRegistry, Task};
@@ -39,8 +39,18 @@ pub(in crate::planning) fn improve(
     let step_costs: Vec<u64> = costs.iter().map(|&cost| cost.max(1)).collect();
     let guide = FastForward::new(task, relaxed, step_costs.clone());
     let (seen, proposed) = (StateRegistry::new(task.words), Vec::new());
-    let mut improver =
-        Improver { task, initial, costs, limits, phase, step_costs, guide, seen, proposed };
+    let mut improver = Improver {
+        task,
+        initial,
+        costs,
+        limits,
+        phase,
+        work: 0,
+        step_costs,
+        guide,
+        seen,
+        proposed,
+    };
     let plan = improver.run(plan);
     (plan, improver.phase)
 }
@@ -51,6 +61,8 @@ struct Improver<'a> {
     costs: &'a [u64],
     limits: Limits<'a>,
     phase: Phase,
+    /// Elementary steps of the estimates for the whole task.
+    work: u64,
     step_costs: Vec<u64>,
     /// Estimates of the cost to the goal.
     guide: FastForward<'a>,
@@ -93,7 +105,8 @@ impl Improver<'_> {
     }
 
     fn is_over(&self) -> bool {
-        self.phase.expanded >= self.limits.expansions_max || (self.limits.interrupt)()
+        self.phase.expanded.max(self.work / WORK_PER_EXPANSION) >= self.limits.expansions_max
+            || (self.limits.interrupt)()
     }
 
     fn cost(&self, plan: &[u32]) -> u64 {
@@ -142,9 +155,13 @@ impl Improver<'_> {
     fn neighbourhood(&mut self, part: &[u32], states: &[Vec<u64>]) -> Vec<u32> {
         let mut actions = part.to_vec();
         for state in states {
+            if self.is_over() {
+                break;
+            }
             let (number, new) = self.seen.insert(state);
             if new {
                 self.guide.estimate(state);
+                self.work += self.guide.work();
                 self.proposed.push(self.guide.relaxed_plan().to_vec());
             }
             actions.extend_from_slice(&self.proposed[number as usize]);

@@ -1,11 +1,13 @@
 //! The task before packing: every instance of actions, rules and goal that can matter.
 
 use super::formula::Formula;
-use super::ground::{GroundCost, GroundEffect, Grounder};
+use super::ground::Grounder;
+use super::instance::{DraftAction, ground_action};
 use super::instantiate::{Relation, binding_of, instances};
 use super::lowering::{LiftedAction, LiftedRule, Lowering, Symbols};
+use super::reach::reachable;
 use super::seeds::Mentions;
-use super::{TaskError, TaskInput};
+use super::{Fact, TaskError, TaskInput};
 use crate::planning::GroundingLimits;
 
 /// A task before packing; atoms have the grounder's numbers.
@@ -13,16 +15,6 @@ pub(super) struct Draft {
     pub(super) actions: Vec<DraftAction>,
     pub(super) rules: Vec<(u32, Formula)>,
     pub(super) goal: Formula,
-}
-
-/// An action of a [`Draft`].
-pub(super) struct DraftAction {
-    /// Number of the domain's action.
-    pub(super) action: usize,
-    pub(super) args: Vec<u32>,
-    pub(super) precondition: Formula,
-    pub(super) effects: Vec<GroundEffect>,
-    pub(super) cost: GroundCost,
 }
 
 impl Draft {
@@ -45,11 +37,12 @@ impl Draft {
     }
 }
 
-/// Instantiates actions, goal and, as far as they are asked for, rules.
+/// Instantiates actions, goal and, as far as they are asked for, rules; with `fluents`, the facts that
+/// actions change, those actions alone that are reachable from them.
 pub(super) fn draft(
     input: &TaskInput<'_>,
     symbols: &Symbols<'_>,
-    statics: &[(u32, Vec<u32>)],
+    (statics, fluents): (&[Fact], Option<&[Fact]>),
     grounder: &mut Grounder<'_>,
     limits: &GroundingLimits,
 ) -> Result<Draft, TaskError> {
@@ -73,36 +66,33 @@ pub(super) fn draft(
         mentions.effect(&schema.result);
     }
     let goal = grounder.condition(&goal.condition, &mut vec![0; goal.n_slots], true)?;
+    let actions = match fluents {
+        Some(fluents) => reachable(&schemas, (&mentions, fluents), relations, grounder, limits)?,
+        None => all_instances(&schemas, &mentions, &relations, grounder, limits)?,
+    };
+    let rules = ground_rules(&rules, grounder)?;
+    Ok(Draft { actions, rules, goal })
+}
+
+/// Every instance whose static preconditions hold.
+fn all_instances(
+    schemas: &[LiftedAction],
+    mentions: &Mentions,
+    relations: &[Relation],
+    grounder: &mut Grounder<'_>,
+    limits: &GroundingLimits,
+) -> Result<Vec<DraftAction>, TaskError> {
     let mut actions = Vec::new();
     for (idx, schema) in schemas.iter().enumerate() {
         let seeds = mentions.seeds(schema);
-        for args in instances(schema, &seeds, &relations, grounder)? {
+        for args in instances(schema, &seeds, relations, grounder)? {
             actions.extend(ground_action(idx, schema, args, grounder)?);
             if actions.len() > limits.actions_max {
                 return Err(TaskError::limit("grounding.actions_max", limits.actions_max as u64));
             }
         }
     }
-    let rules = ground_rules(&rules, grounder)?;
-    Ok(Draft { actions, rules, goal })
-}
-
-/// One action, unless its precondition cannot hold or it changes nothing.
-fn ground_action(
-    idx: usize,
-    schema: &LiftedAction,
-    args: Vec<u32>,
-    grounder: &mut Grounder<'_>,
-) -> Result<Option<DraftAction>, TaskError> {
-    let mut binding = binding_of(&args, schema.n_slots);
-    let precondition = grounder.condition(&schema.condition, &mut binding, true)?;
-    if precondition == Formula::False {
-        return Ok(None);
-    }
-    let mut out = (Vec::new(), GroundCost::default());
-    grounder.effect(&schema.result, &mut binding, &Formula::True, &mut out)?;
-    let (effects, cost) = out;
-    Ok(Some(DraftAction { action: idx, args, precondition, effects, cost }))
+    Ok(actions)
 }
 
 /// The rules of every derived atom that some condition mentions, directly or through rules.

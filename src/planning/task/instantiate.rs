@@ -1,4 +1,4 @@
-//! Finds the argument tuples of an action whose static preconditions hold.
+//! Finds the argument tuples of an action of which some preconditions hold.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use super::lowering::{Lifted, SlotAtom, SlotCondition, SlotTerm};
 use super::predicate_kind::PredicateKind;
 use super::seeds::Seed;
 
-/// The true tuples of one static predicate.
+/// The true tuples of one predicate.
 #[derive(Debug, Default)]
 pub(super) struct Relation {
     tuples: Vec<Vec<u32>>,
@@ -56,15 +56,73 @@ impl Candidates<'_> {
     }
 }
 
-/// A join of an action's parameters with the static relations.
-pub(super) struct Join<'a, 'g> {
+/// What a schema's arguments are joined by: made once, used for many seeds.
+pub(super) struct Schema<'a> {
     params: &'a [Vec<u32>],
     /// Whether object `o` may stand for parameter `p`, at `[p][o]`.
     allowed: Vec<Vec<bool>>,
-    relations: &'a [Relation],
-    grounder: &'a mut Grounder<'g>,
+    /// The atoms among the top-level conjuncts of the precondition that are joined.
+    atoms: Vec<&'a SlotAtom>,
+}
+
+/// A join of an action's parameters with the relations of what holds.
+struct Join<'a, 'g, 'r> {
+    schema: &'r Schema<'a>,
+    relations: &'r [Relation],
+    grounder: &'r mut Grounder<'g>,
     binding: Vec<Option<u32>>,
     tuples: Vec<Vec<u32>>,
+}
+
+impl<'a> Schema<'a> {
+    /// Joins by the atoms of static predicates and, with `fluents`, those of predicates that actions
+    /// change.
+    pub(super) fn new<T>(lifted: &'a Lifted<T>, grounder: &Grounder<'_>, fluents: bool) -> Self {
+        let mut atoms = Vec::new();
+        let joins =
+            |kind| kind == PredicateKind::Static || fluents && kind == PredicateKind::Fluent;
+        conjuncts(&lifted.condition, &mut |atom| {
+            if joins(grounder.kind(atom.predicate)) {
+                atoms.push(atom);
+            }
+        });
+        let n_objects = lifted.params.iter().flatten().max().map_or(0, |&o| o as usize + 1);
+        let allowed = lifted.params.iter().map(|range| {
+            let mut allowed = vec![false; n_objects];
+            for &object in range {
+                allowed[object as usize] = true;
+            }
+            allowed
+        });
+        Self { params: &lifted.params, allowed: allowed.collect(), atoms }
+    }
+
+    /// The atoms that are joined.
+    pub(super) fn atoms(&self) -> &[&'a SlotAtom] {
+        &self.atoms
+    }
+
+    /// Every argument tuple that extends the seed and under which the joined atoms hold.
+    pub(super) fn extensions(
+        &self,
+        seed: &Seed,
+        relations: &[Relation],
+        grounder: &mut Grounder<'_>,
+    ) -> Result<Vec<Vec<u32>>, TaskError> {
+        let mut bound = seed.iter().enumerate().filter_map(|(slot, o)| o.map(|o| (slot, o)));
+        if !bound.all(|(slot, object)| self.allows(slot, object)) {
+            return Ok(Vec::new());
+        }
+        let (binding, tuples) = (seed.clone(), Vec::new());
+        let mut join = Join { schema: self, relations, grounder, binding, tuples };
+        join.extend(&mut self.atoms.clone())?;
+        Ok(join.tuples)
+    }
+
+    /// Whether the object may stand for the parameter.
+    fn allows(&self, param: usize, object: u32) -> bool {
+        self.allowed[param].get(object as usize).is_some_and(|allowed| *allowed)
+    }
 }
 
 /// Every argument tuple that extends one of the seeds and under which the conjunction of positive
@@ -75,59 +133,28 @@ pub(super) fn instances<T>(
     relations: &[Relation],
     grounder: &mut Grounder<'_>,
 ) -> Result<Vec<Vec<u32>>, TaskError> {
-    let mut atoms = Vec::new();
-    static_atoms(&lifted.condition, grounder, &mut atoms);
-    let n_objects = lifted.params.iter().flatten().max().map_or(0, |&o| o as usize + 1);
-    let allowed = lifted.params.iter().map(|range| {
-        let mut allowed = vec![false; n_objects];
-        for &object in range {
-            allowed[object as usize] = true;
-        }
-        allowed
-    });
-    let mut join = Join {
-        params: &lifted.params,
-        allowed: allowed.collect(),
-        binding: Vec::new(),
-        tuples: Vec::new(),
-        relations,
-        grounder,
-    };
+    let schema = Schema::new(lifted, grounder, false);
+    let mut tuples = Vec::new();
     for seed in seeds {
-        let mut bound = seed.iter().enumerate().filter_map(|(slot, o)| o.map(|o| (slot, o)));
-        if bound.all(|(slot, object)| join.allows(slot, object)) {
-            join.binding.clone_from(seed);
-            join.extend(&mut atoms)?;
-        }
+        tuples.extend(schema.extensions(seed, relations, grounder)?);
     }
-    join.tuples.sort_unstable();
-    join.tuples.dedup();
-    Ok(join.tuples)
+    tuples.sort_unstable();
+    tuples.dedup();
+    Ok(tuples)
 }
 
-/// The static atoms among the top-level conjuncts.
-fn static_atoms<'a>(
-    condition: &'a SlotCondition,
-    grounder: &Grounder<'_>,
-    atoms: &mut Vec<&'a SlotAtom>,
-) {
+/// Visits the atoms among the top-level conjuncts.
+fn conjuncts<'a>(condition: &'a SlotCondition, visit: &mut impl FnMut(&'a SlotAtom)) {
     if let SlotCondition::And(parts) = condition {
         for part in parts {
-            static_atoms(part, grounder, atoms);
+            conjuncts(part, visit);
         }
-    } else if let SlotCondition::Atom(atom) = condition
-        && grounder.kind(atom.predicate) == PredicateKind::Static
-    {
-        atoms.push(atom);
+    } else if let SlotCondition::Atom(atom) = condition {
+        visit(atom);
     }
 }
 
-impl<'a> Join<'a, '_> {
-    /// Whether the object may stand for the parameter.
-    fn allows(&self, param: usize, object: u32) -> bool {
-        self.allowed[param].get(object as usize).is_some_and(|allowed| *allowed)
-    }
-
+impl<'a> Join<'a, '_, '_> {
     fn known(&self, atom: &SlotAtom) -> Vec<Option<u32>> {
         let known = atom.args.iter().map(|arg| match arg {
             SlotTerm::Slot(slot) => self.binding[*slot],
@@ -136,7 +163,7 @@ impl<'a> Join<'a, '_> {
         known.collect()
     }
 
-    /// Extends the binding by one static atom, or by one parameter once no atom is left.
+    /// Extends the binding by one joined atom, or by one parameter once no atom is left.
     fn extend(&mut self, open: &mut Vec<&'a SlotAtom>) -> Result<(), TaskError> {
         self.grounder.step()?;
         let relations = self.relations;
@@ -167,7 +194,7 @@ impl<'a> Join<'a, '_> {
             SlotTerm::Object(object) => object == value,
             SlotTerm::Slot(slot) => {
                 let bound = *self.binding[slot].get_or_insert(value);
-                bound == value && self.allows(slot, value)
+                bound == value && self.schema.allows(slot, value)
             }
         })
     }
@@ -177,7 +204,8 @@ impl<'a> Join<'a, '_> {
             self.tuples.push(self.binding.iter().map(|b| b.unwrap_or_default()).collect());
             return Ok(());
         };
-        for &value in &self.params[param] {
+        let params = self.schema.params;
+        for &value in &params[param] {
             self.grounder.step()?;
             self.binding[param] = Some(value);
             self.extend_by_param()?;

@@ -6,7 +6,7 @@
 //!  domain, objects, init, goal
 //!    ─ lowering ────► names are numbers, variables are slots          (Lifted)
 //!    ─ instantiate ─► argument tuples whose static conditions hold;
-//!                     seeds leaves out what nobody asks for
+//!                     seeds leaves out what nobody asks for, reach what cannot happen
 //!    ─ ground ──────► quantifiers expanded, static parts evaluated    (Formula)
 //!    ─ draft ───────► every action, rule and the goal, ground         (Draft)
 //!    ─ prune ───────► without what cannot happen or cannot matter
@@ -22,6 +22,8 @@ mod predicate_kind;
 mod ground;
 mod seeds;
 mod instantiate;
+mod instance;
+mod reach;
 mod draft;
 mod prune;
 mod axioms;
@@ -100,15 +102,15 @@ impl Task {
         let is_static = |(p, _): &&(u32, Vec<u32>)| kinds[*p as usize] == PredicateKind::Static;
         let statics: Vec<_> = facts.iter().filter(is_static).cloned().collect();
         let mut grounder = Grounder::new(&symbols, kinds, &statics, (limits, interrupt));
-        let mut draft = draft::draft(input, &symbols, &statics, &mut grounder, limits)?;
-        if coverage == Coverage::Reachable {
+        let is_fluent = |(p, _): &&Fact| grounder.kind(*p) == PredicateKind::Fluent;
+        let fluents: Option<Vec<Fact>> = (coverage == Coverage::Reachable)
+            .then(|| facts.iter().filter(is_fluent).cloned().collect());
+        let facts = (statics.as_slice(), fluents.as_deref());
+        let mut draft = draft::draft(input, &symbols, facts, &mut grounder, limits)?;
+        if let Some(fluents) = fluents {
             let mut initial = vec![false; grounder.atoms.len()];
-            for (predicate, args) in facts {
-                if grounder.kind(predicate) == PredicateKind::Fluent {
-                    let atom = grounder.atom(predicate, args)? as usize;
-                    // Atoms that nothing mentions are of no interest.
-                    initial.get_mut(atom).into_iter().for_each(|value| *value = true);
-                }
+            for (predicate, args) in fluents {
+                initial[grounder.atom(predicate, args)? as usize] = true;
             }
             prune::unreachable(&mut draft, &initial);
         }
@@ -191,6 +193,9 @@ impl Task {
         self.operators.len()
     }
 }
+
+/// A predicate with its arguments, as numbers.
+type Fact = (u32, Vec<u32>);
 
 /// Refuses tasks whose atoms cannot be numbered by mixed radix.
 fn check_sizes(

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axioms::{Axioms, RuleSet};
-use super::draft::{Draft, DraftAction};
+use super::draft::Draft;
 use super::formula::{Formula, Test};
 use super::ground::{GroundEffect, Grounder};
+use super::instance::DraftAction;
 use super::lowering::Symbols;
 use super::operator::{Operator, PackedEffect};
 use super::predicate_kind::PredicateKind;

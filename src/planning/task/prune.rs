@@ -2,6 +2,7 @@
 
 use super::draft::Draft;
 use super::formula::Formula;
+use super::ground::GroundEffect;
 
 /// What may become of each atom.
 struct Possible {
@@ -57,16 +58,16 @@ fn relaxed_fixpoint(draft: &Draft, initial: &[bool]) -> Possible {
     for (head, _) in &draft.rules {
         possible.fails[*head as usize] = true;
     }
+    let effects = draft.actions.iter().flat_map(|a| a.effects.iter().map(|e| (&a.precondition, e)));
+    // Those that have not been possible yet.
+    let mut waiting: Vec<(&Formula, &GroundEffect)> = effects.collect();
     loop {
         let mut changed = false;
-        for action in &draft.actions {
-            if !possible.allows(&action.precondition) {
-                continue;
-            }
-            for effect in &action.effects {
-                changed |= possible.allows(&effect.condition) && possible.extend(&effect.changes);
-            }
-        }
+        waiting.retain(|(precondition, effect)| {
+            let happens = possible.allows(precondition) && possible.allows(&effect.condition);
+            changed |= happens && possible.extend(&effect.changes);
+            !happens
+        });
         for (head, body) in &draft.rules {
             if !possible.holds[*head as usize] && possible.allows(body) {
                 possible.holds[*head as usize] = true;

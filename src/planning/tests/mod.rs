@@ -1,5 +1,7 @@
 //! Planning as a whole, against brute force by direct interpretation.
 
+mod costs;
+mod explain;
 mod search;
 
 use std::collections::VecDeque;

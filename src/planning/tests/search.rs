@@ -6,8 +6,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::*;
+use crate::planning::answer::{Interrupts, SearchEnd};
 use crate::planning::heuristics::{Blind, Heuristic, Landmarks, LmCut, Max};
-use crate::planning::solve::{Interrupts, SearchEnd};
 use crate::planning::task::{Formula, bit};
 
 const N_ATOMS: usize = 5;
