@@ -130,7 +130,8 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let unproven = found.filter(|plan| !plan.proven_optimal).map(|plan| {
         let bound = plan.in_full(plan.lower_bound);
         let why = stop.met().map(str::to_owned).or_else(|| statistics.unproven.map(limit_met));
-        format!("no plan costs less than {bound}; {}", why.unwrap_or_default())
+        let why = why.unwrap_or_else(|| "it was not asked for".to_owned());
+        format!("no plan costs less than {bound}; {why}")
     });
     if args.json {
         let scaled = |p: &Plan, cost: u64| p.in_full(cost).to_f64();
@@ -165,8 +166,10 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
             }
             (None, ..) => out::note(&outcome.to_string()),
         }
-        // Who leaves the proof out knows that there is none.
-        if let Some(unproven) = unproven.filter(|_| args.optimal_expansions != Some(0)) {
+        // Who does not ask for a proof knows that there is none.
+        let is_asked_for = args.optimal_expansions != Some(0)
+            && (stop.met().is_some() || statistics.unproven.is_some());
+        if let Some(unproven) = unproven.filter(|_| is_asked_for) {
             out::note(&format!("not proven cheapest: {unproven}"));
         }
     }

@@ -17,16 +17,20 @@ use super::solver::Solver;
 const OPTIMAL: &str = "optimal_expansions_max";
 /// Name of the limit of the search for any plan.
 const GREEDY: &str = "greedy_expansions_max";
-/// How many states the blind search may expand before a greedy one is tried too: some 3 ms.
+/// How many states the blind search may expand, and how many elementary steps it may take, before a
+/// greedy one is tried too: some 3 ms.
 const BLIND_ALONE: u64 = 4_000;
+const BLIND_ALONE_WORK: u64 = 400_000;
 /// How many states it may expand before LM-cut is tried too: some 50 ms. What it finds until then is
 /// taken even where the greedy plan is as cheap: of such plans it is the one with the actions that
 /// the domain declares first.
 const BLIND_FIRST: u64 = 64_000;
+/// How many elementary steps it may take until then.
+const BLIND_FIRST_WORK: u64 = 16 * BLIND_ALONE_WORK;
 /// About how many expansions of the blind search take as long as one with LM-cut.
 const BLIND_PER_CUT: u64 = 32;
-/// About how many expansions of the blind search take as long as one of the greedy search.
-const BLIND_PER_GREEDY: u64 = 8;
+/// How many states the greedy search may expand in its first turn.
+const GREEDY_FIRST: u64 = 500;
 
 /// One planning call: what it is asked, and what its searches have done so far.
 pub(super) struct Call<'a> {
@@ -80,11 +84,12 @@ impl<'a> Call<'a> {
     fn first(&self, proof: &mut Proving<'a>, greedy: &mut Option<Greedy<'a>>) -> First {
         let Budget { optimal_expansions_max, greedy_expansions_max, .. } = *self.budget;
         let alone_max = if greedy_expansions_max == 0 { u64::MAX } else { BLIND_ALONE };
-        if let Some(end) = proof.run(self, alone_max) {
+        let alone_work = if greedy_expansions_max == 0 { u64::MAX } else { BLIND_ALONE_WORK };
+        if let Some(end) = proof.run(self, alone_max, alone_work) {
             return First::End(end);
         }
         let mut greedy_stopped = None;
-        let mut share = BLIND_ALONE / BLIND_PER_GREEDY;
+        let mut share = GREEDY_FIRST;
         while greedy_expansions_max > 0 && greedy_stopped.is_none() {
             let search = greedy.get_or_insert_with(|| self.greedy());
             match search.run(share.min(greedy_expansions_max)) {
@@ -98,8 +103,9 @@ impl<'a> Call<'a> {
                     share = u64::MAX;
                 }
             }
-            let proof_max = share.saturating_mul(BLIND_PER_GREEDY).min(optimal_expansions_max);
-            if let Some(end) = proof.run(self, proof_max) {
+            // As much work as the other search.
+            let work = if share < u64::MAX { search.work().max(alone_work) } else { u64::MAX };
+            if let Some(end) = proof.run(self, optimal_expansions_max, work) {
                 return First::End(end);
             }
             share = share.saturating_mul(2);
@@ -124,10 +130,10 @@ impl<'a> Call<'a> {
         let Some(cost) = self.cost(&plan) else {
             return SearchEnd::OutOfBudget { limit: COST, value: u64::MAX };
         };
-        if let Some(end) = proof.run(self, BLIND_FIRST) {
+        if let Some(end) = proof.run(self, BLIND_FIRST, BLIND_FIRST_WORK) {
             return end;
         }
-        proof.enough = cost;
+        proof.known(cost);
         let mut plan = plan;
         if self.budget.improve_expansions_max > 0 && !(self.interrupts.all)() {
             let cut = LmCut::new(self.solver.relaxed(), self.costs).estimate(self.state);
@@ -143,7 +149,7 @@ impl<'a> Call<'a> {
                 proof.enough = self.cost(&plan).unwrap_or(cost);
             }
         }
-        if let Some(end) = proof.run(self, self.budget.optimal_expansions_max) {
+        if let Some(end) = proof.run(self, self.budget.optimal_expansions_max, u64::MAX) {
             return end;
         }
         let proven_optimal = proof.is_enough();
@@ -161,7 +167,7 @@ impl<'a> Call<'a> {
 
     fn limits(&self, interrupt: &'a dyn Fn() -> bool) -> Limits<'a> {
         let Budget { states_max, bytes_max, .. } = *self.budget;
-        Limits { expansions_max: 0, states_max, bytes_max, interrupt }
+        Limits { expansions_max: 0, work_max: u64::MAX, states_max, bytes_max, interrupt }
     }
 
     /// What a plan costs; `None` when that is more than can be said.
@@ -186,7 +192,7 @@ impl<'a> Call<'a> {
             Limit::Expansions => (expansions, n_expansions),
             Limit::States => ("states_max", budget.states_max as u64),
             Limit::Bytes => ("bytes_max", budget.bytes_max as u64),
-            Limit::Cost => (COST, u64::MAX),
+            Limit::Cost | Limit::Work => (COST, u64::MAX),
         })
     }
 }
@@ -279,17 +285,25 @@ impl<'a> Proving<'a> {
         self.searches.iter().map(AStar::phase).collect()
     }
 
-    /// Goes on until all searches together have expanded so many states; `None` when nothing is decided.
-    fn run(&mut self, call: &Call<'a>, expansions_max: u64) -> Option<SearchEnd> {
+    /// Takes note of a plan: proving that no other is cheaper is enough from now on, and LM-cut may help.
+    fn known(&mut self, cost: u64) {
+        self.enough = cost;
+        let expanded = self.searches.first().map_or(0, |blind| blind.phase().expanded);
+        self.blind_max = self.blind_max.min(expanded.max(BLIND_PER_CUT));
+    }
+
+    /// Goes on until all searches together have expanded so many states, or one has done so much work;
+    /// `None` when nothing is decided.
+    fn run(&mut self, call: &Call<'a>, expansions_max: u64, work_max: u64) -> Option<SearchEnd> {
         let whole = call.budget.optimal_expansions_max;
         if self.stopped.is_some() || self.is_enough() {
             return None;
         }
         let end = if call.budget.optimal_heuristic == OptimalHeuristic::Auto {
-            self.take_turns(call, expansions_max.min(whole))
+            self.take_turns(call, expansions_max.min(whole), work_max)
         } else {
             self.searches[0].enough = self.enough;
-            self.searches[0].run(expansions_max.min(whole))
+            self.searches[0].run(expansions_max.min(whole), work_max)
         };
         match end {
             End::Found(operators) => {
@@ -300,23 +314,19 @@ impl<'a> Proving<'a> {
             End::Exhausted(n) => {
                 return Some(exhausted(n, &self.searches[self.searches.len() - 1].phase()));
             }
-            End::Interrupted if (call.interrupts.all)() && self.enough == u64::MAX => {
-                return Some(SearchEnd::Interrupted);
-            }
             End::Interrupted => self.stopped = Some(Stop::Interrupt),
+            End::Limit(Limit::Work) | End::Enough => {}
             End::Limit(Limit::Expansions) if expansions_max < whole => {}
             End::Limit(limit) => self.stopped = Some(Stop::Limit(limit)),
-            End::Enough => {}
         }
         None
     }
 
-    fn take_turns(&mut self, call: &Call<'a>, expansions_max: u64) -> End {
+    fn take_turns(&mut self, call: &Call<'a>, expansions_max: u64, work_max: u64) -> End {
         loop {
             let blind_max = self.blind_max.min(expansions_max.saturating_sub(self.cut_max));
-            // What the blind search finds first is wanted as it is.
-            self.searches[0].enough = if blind_max > BLIND_FIRST { self.enough } else { u64::MAX };
-            let end = self.searches[0].run(blind_max);
+            self.searches[0].enough = self.enough;
+            let end = self.searches[0].run(blind_max, work_max);
             if end != End::Limit(Limit::Expansions) || blind_max < self.blind_max {
                 return end;
             }
@@ -329,7 +339,7 @@ impl<'a> Proving<'a> {
             let wanted = blind_max / BLIND_PER_CUT;
             self.cut_max = wanted.min(expansions_max - blind_max).max(self.cut_max);
             self.searches[1].enough = self.enough;
-            let end = self.searches[1].run(self.cut_max);
+            let end = self.searches[1].run(self.cut_max, work_max);
             let is_pause = end == End::Limit(Limit::Expansions);
             if !is_pause || blind_max + self.cut_max >= expansions_max {
                 return end;

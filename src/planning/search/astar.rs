@@ -83,9 +83,10 @@ impl<'a> AStar<'a> {
         self.space.phase.clone()
     }
 
-    /// Goes on until that many states have been expanded in all, at most.
-    pub(in crate::planning) fn run(&mut self, expansions_max: u64) -> End {
+    /// Goes on until that many states have been expanded in all, or as much work was done, at most.
+    pub(in crate::planning) fn run(&mut self, expansions_max: u64, work_max: u64) -> End {
         self.space.limits.expansions_max = expansions_max;
+        self.space.limits.work_max = work_max;
         let (mut applicable, mut state) = (Vec::new(), Vec::new());
         while let Some(entry) = self.open.queue.pop() {
             let Reverse((total, bound, _, number, path_cost)) = entry;
@@ -137,10 +138,11 @@ impl<'a> AStar<'a> {
         let Known { path_cost, estimate, .. } = open.known[number as usize];
         let after = &mut self.scratch;
         space.phase.expanded += 1;
-        space.work += (applicable.len() * task.words) as u64;
         for &action in applicable {
             space.phase.generated += 1;
-            task.apply(&task.operators[action as usize], state, after);
+            let operator = &task.operators[action as usize];
+            space.work += (task.words + operator.changes.len()) as u64;
+            task.apply(operator, state, after);
             let cost = self.costs[action as usize];
             let Some(path_cost) = path_cost.checked_add(cost) else {
                 *is_cut = true;

@@ -159,6 +159,11 @@ impl<'a> Greedy<'a> {
         self.space.phase.clone()
     }
 
+    /// Elementary steps so far.
+    pub(in crate::planning) fn work(&self) -> u64 {
+        self.space.work
+    }
+
     /// Goes on until that many states have been expanded in all, at most.
     pub(in crate::planning) fn run(&mut self, expansions_max: u64) -> End {
         self.space.limits.expansions_max = expansions_max;

@@ -18,6 +18,8 @@ use super::task::{StateRegistry, Task};
 #[derive(Clone, Copy)]
 pub(super) struct Limits<'a> {
     pub(super) expansions_max: u64,
+    /// Most elementary steps until the search pauses.
+    pub(super) work_max: u64,
     pub(super) states_max: usize,
     pub(super) bytes_max: usize,
     /// Asked now and then; ends the search when it says yes.
@@ -25,7 +27,7 @@ pub(super) struct Limits<'a> {
 }
 
 /// How many elementary steps are as much as an expansion, at least: those of a table top have fewer.
-const WORK_PER_EXPANSION: u64 = 4096;
+const WORK_PER_EXPANSION: u64 = 1024;
 
 /// How many expansions pass between two questions to `interrupt`: below a millisecond of work, and
 /// far more work than the question.
@@ -52,6 +54,8 @@ pub(super) enum Limit {
     Expansions,
     States,
     Bytes,
+    /// No limit of the caller's: a pause for other searches.
+    Work,
     /// Paths cost more than can be said.
     Cost,
 }
@@ -93,11 +97,13 @@ impl<'a> Space<'a> {
 
     /// The limit that has been met, if any.
     fn limit(&self) -> Option<End> {
-        let Limits { expansions_max, states_max, bytes_max, interrupt } = self.limits;
+        let Limits { expansions_max, work_max, states_max, bytes_max, interrupt } = self.limits;
         // A state's number is 32 bits wide, and one value is reserved.
         let states_max = states_max.min(u32::MAX as usize - 2);
         if self.spent() >= expansions_max {
             Some(End::Limit(Limit::Expansions))
+        } else if self.work >= work_max {
+            Some(End::Limit(Limit::Work))
         } else if self.store.len() >= states_max {
             Some(End::Limit(Limit::States))
         } else if self.store.bytes() + self.reached_by.len() * 8 + self.queue_bytes >= bytes_max {

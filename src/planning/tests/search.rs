@@ -292,6 +292,24 @@ fn an_interrupt_ends_every_search_with_what_it_has() {
 }
 
 #[test]
+fn a_plan_that_is_there_is_not_lost_to_an_interrupt() {
+    let (solver, state, costs) = tall_task(13);
+    let mut is_there = false;
+    for n_asked in (1..2000).step_by(100) {
+        let left = Cell::new(n_asked);
+        let interrupt = || {
+            left.set(left.get() - i32::from(left.get() > 0));
+            left.get() == 0
+        };
+        let answer = solver.search_from(&state, &costs, &Budget::standard(), until(&interrupt));
+        let is_found = matches!(answer.end, SearchEnd::Found { .. });
+        assert!(is_found || !is_there, "lost at question {n_asked}: {:?}", answer.end);
+        is_there = is_found;
+    }
+    assert!(is_there);
+}
+
+#[test]
 fn turns_of_two_searches_meet_the_same_limits() {
     let (solver, state, costs) = tall_task(9);
     for optimal_expansions_max in [10, 70_000] {
