@@ -25,10 +25,11 @@ const DOMAIN: &str = "(define (domain blocks) (:requirements :strips)
 
 /// A tower of so many blocks that is to stand in another order.
 fn tower(n: usize) -> String {
-    let blocks: String = (0..n).map(|i| format!(" b{i}")).collect();
-    let init: String = (1..n).map(|i| format!("(on b{i} b{})", i - 1)).collect();
-    let goal: String =
-        (1..n).map(|i| format!("(on b{} b{})", i * 2 % n, (i - 1) * 2 % n)).collect();
+    let name = |i: usize| format!(" b{i}");
+    let on = |i: usize, j: usize| format!("(on{}{})", name(i), name(j));
+    let blocks: String = (0..n).map(name).collect();
+    let init: String = (1..n).map(|i| on(i, i - 1)).collect();
+    let goal: String = (1..n).map(|i| on(i * 2 % n, (i - 1) * 2 % n)).collect();
     format!(
         "(define (problem tower) (:domain blocks) (:objects{blocks})
           (:init (table b0) (clear b{}) (free) {init}) (:goal (and {goal})))",

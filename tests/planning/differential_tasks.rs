@@ -1,6 +1,8 @@
 //! Random small tasks of any domain, and brute force over them by direct interpretation.
 #![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
+#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
+
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::rc::Rc;

@@ -277,7 +277,8 @@ mod tests {
             answer.outcome.plan().unwrap().steps.clone()
         };
         let found = plan(&plain_domain, &plain_problem);
-        let text: String = found.iter().map(|step| format!("{step}\n")).collect();
+        let text: Vec<String> = found.iter().map(ToString::to_string).collect();
+        let text = text.join("\n");
         assert!(text.is_ascii());
         let steps = encoded.plan(&text).unwrap();
         assert_eq!(steps.len(), plan(&own, &problem).len());
