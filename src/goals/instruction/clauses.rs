@@ -4,25 +4,16 @@
 //! describes an object, both readings come out; the scene may rule one out, and if it does not, the
 //! instruction is refused.
 
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a phrase has many meanings, and each place of the grammar asks for a few"
+)]
+
 use super::Span;
-use super::noun_phrases::{Described, NounParser, Parses, relations};
-use super::syntax::{
-    Clause, ClauseKind, Description, Form, Head, Link, Mood, NounPhrase, Thing, Trait,
-};
+use super::noun_phrases::{Described, LIST_MAX, NounParser, Parses};
+use super::syntax::{Clause, ClauseKind, Description, Form, Head, Mood, NounPhrase, Thing};
 use super::tokens::Token;
 use super::vocabulary::{Copula, Meaning, Verb};
-
-/// Most relations of one chain.
-const LINKS_MAX: usize = 40;
-
-/// What is wished of objects: one place, one property, or places one after the other.
-#[derive(Debug, Clone)]
-struct Wish {
-    links: Vec<Link>,
-    ends: Option<Trait>,
-    /// Whether its words lead to a place ("onto").
-    is_directed: bool,
-}
 
 /// Reads clauses from a row of tokens without colons and full stops.
 #[derive(Debug, Clone, Copy)]
@@ -31,11 +22,11 @@ pub(super) struct ClauseParser<'a> {
 }
 
 impl<'a> ClauseParser<'a> {
-    fn token(&self, at: usize) -> Option<&'a Token> {
+    pub(super) fn token(&self, at: usize) -> Option<&'a Token> {
         self.nouns.tokens.get(at)
     }
 
-    fn is(&self, at: usize, meaning: &Meaning) -> bool {
+    pub(super) fn is(&self, at: usize, meaning: &Meaning) -> bool {
         self.nouns.is(at, meaning)
     }
 
@@ -155,7 +146,7 @@ impl<'a> ClauseParser<'a> {
         }
         // "of three blocks": what the stacks are made of.
         let of_type = self.nouns.noun_phrase(next, Described::ByClauses, usize::MAX).pop();
-        let of_type = of_type.filter(|(object, _)| self.is_heading(object, is_stacks));
+        let of_type = of_type.filter(|(object, _)| is_heading(object, is_stacks));
         let n_objects =
             of_type.as_ref().filter(|_| is_stacks).and_then(|(object, _)| match &object.head {
                 Head::Thing(thing) => Some((thing.number?, object.span.clone())),
@@ -174,19 +165,6 @@ impl<'a> ClauseParser<'a> {
             }
         }
         found
-    }
-
-    /// Whether words name what a heading is about, and no object of their own.
-    fn is_heading(&self, object: &NounPhrase, is_stacks: bool) -> bool {
-        match &object.head {
-            Head::Thing(thing) => {
-                let is_bare = Thing { all: false, ..thing.clone() };
-                let is_type = !is_bare.has_content();
-                object.except.is_empty() && is_type && (thing.is_plural() || is_stacks)
-            }
-            Head::Listed => true,
-            Head::It | Head::They | Head::Rest | Head::Named(_) => false,
-        }
     }
 
     fn statements(&self, at: usize, before: Form) -> Parses<Clause> {
@@ -224,7 +202,9 @@ impl<'a> ClauseParser<'a> {
             }
         }
         if let Some(Verb::Build | Verb::Keep | Verb::Place) = self.verb(at) {
-            found.iter_mut().for_each(|(clause, _)| clause.is_command = true);
+            for (clause, _) in &mut found {
+                clause.is_command = true;
+            }
         }
         found
     }
@@ -238,7 +218,7 @@ impl<'a> ClauseParser<'a> {
                     continue;
                 }
                 for (themes, end) in self.after_wish(&themes, end) {
-                    let kind = kind_of(themes, wish.clone());
+                    let kind = wish.clone().of(themes);
                     found.push((self.clause(kind, (start, end), Form::Place), end));
                 }
             }
@@ -291,7 +271,7 @@ impl<'a> ClauseParser<'a> {
             let next = next + usize::from(self.is(next, &Meaning::Participle));
             for (wish, end) in self.wishes(next, Described::ByClauses, true) {
                 for (themes, end) in self.after_wish(&themes, end) {
-                    let kind = kind_of(themes, wish.clone());
+                    let kind = wish.clone().of(themes);
                     found.push((self.clause(kind, (start, end), Form::Chain), end));
                 }
             }
@@ -315,7 +295,9 @@ impl<'a> ClauseParser<'a> {
             | ClauseKind::Swap { .. }
             | ClauseKind::Heading { .. } => false,
         });
-        found.iter_mut().for_each(|(clause, _)| clause.form = Form::Place);
+        for (clause, _) in &mut found {
+            clause.form = Form::Place;
+        }
         found
     }
 
@@ -334,7 +316,7 @@ impl<'a> ClauseParser<'a> {
             }
             for (wish, end) in wishes {
                 for (themes, end) in self.after_wish(&themes, end) {
-                    let kind = kind_of(themes, wish.clone());
+                    let kind = wish.clone().of(themes);
                     let mut clause = self.clause(kind, (at, end), Form::Subject);
                     clause.mood = match copula {
                         Copula::Wish => Mood::Wish,
@@ -360,7 +342,7 @@ impl<'a> ClauseParser<'a> {
                 if wish.links.is_empty() && !has_verb {
                     continue;
                 }
-                let kind = kind_of(themes, wish.clone());
+                let kind = wish.clone().of(themes);
                 found.push((self.clause(kind, (at, end), Form::Place), end));
             }
         }
@@ -374,7 +356,7 @@ impl<'a> ClauseParser<'a> {
         let wishes = self.wishes(next, Described::ByAll, false).into_iter();
         wishes
             .filter(|(_, end)| is_whole(*end))
-            .map(|(wish, end)| self.clause(kind_of(objects.to_vec(), wish), (at, end), Form::Place))
+            .map(|(wish, end)| self.clause(wish.of(objects.to_vec()), (at, end), Form::Place))
             .collect()
     }
 
@@ -441,7 +423,7 @@ impl<'a> ClauseParser<'a> {
                 self.is(next + comma, &Meaning::And) || self.is(next + comma, &Meaning::Sequel);
             let after = next + comma + usize::from(is_and);
             let is_last = after == next
-                || objects.len() >= LINKS_MAX
+                || objects.len() >= LIST_MAX
                 || self.nouns.noun_phrase(after, Described::ByClauses, usize::MAX).is_empty();
             if is_last {
                 let (_, inner) = ands.split_last().unwrap_or((&false, &[]));
@@ -460,85 +442,35 @@ impl<'a> ClauseParser<'a> {
                 continue;
             }
             for (second, end) in self.nouns.noun_phrase(next + 1, Described::ByClauses, 0) {
-                let kind = ClauseKind::Swap { both: [first.clone(), second] };
+                let kind = ClauseKind::Swap { both: Box::new([first.clone(), second]) };
                 found.push((self.clause(kind, (at, end), Form::Closed), end));
             }
         }
         found
     }
+}
 
-    fn traits(&self, at: usize) -> Vec<Trait> {
-        let Some(token) = self.token(at) else { return Vec::new() };
-        let word = || token.span.clone();
-        let property = |meaning: &Meaning| match meaning {
-            Meaning::Property(idx) => Some(Trait { property_idx: *idx, word: word() }),
-            _ => None,
-        };
-        token.meanings.iter().filter_map(property).collect()
+/// Whether words name what a heading is about, and no object of their own.
+fn is_heading(object: &NounPhrase, is_stacks: bool) -> bool {
+    match &object.head {
+        Head::Thing(thing) => {
+            let is_bare = Thing { all: false, ..thing.clone() };
+            let is_type = !is_bare.has_content();
+            object.except.is_empty() && is_type && (thing.is_plural() || is_stacks)
+        }
+        Head::Listed => true,
+        Head::It | Head::They | Head::Rest | Head::Named(_) => false,
     }
+}
 
-    /// What is wished from `at` on: a property, one place, or with `is_chain` several.
-    fn wishes(&self, at: usize, described: Described, is_chain: bool) -> Parses<Wish> {
-        let at = at + usize::from(self.is(at, &Meaning::Participle));
-        let mut found = Vec::new();
-        let directed = |at: usize| self.token(at).is_some_and(|token| token.is_directed);
-        for what in self.traits(at) {
-            let is_directed = directed(at);
-            found.push((Wish { links: Vec::new(), ends: Some(what), is_directed }, at + 1));
-        }
-        let mut open: Parses<Vec<Link>> = vec![(Vec::new(), at)];
-        while let Some((links, next)) = open.pop() {
-            let turns = !links.is_empty() && !directed(at) && directed(next);
-            for (link, end) in self.links(next, described).into_iter().filter(|_| !turns) {
-                let longer = [links.as_slice(), &[link]].concat();
-                let is_directed = directed(at);
-                if is_chain && longer.len() < LINKS_MAX {
-                    open.push((longer.clone(), self.after_link(end)));
-                    // "move red on green to the table" leads to one place.
-                    let turns = !is_directed && directed(end);
-                    for what in self.traits(end).into_iter().filter(|_| !turns) {
-                        let wish = Wish { links: longer.clone(), ends: Some(what), is_directed };
-                        found.push((wish, end + 1));
-                    }
-                }
-                found.push((Wish { links: longer, ends: None, is_directed }, end));
-            }
-        }
-        found
-    }
-
-    /// "…, which is" between two relations that may both be wished for.
-    fn after_link(&self, at: usize) -> usize {
-        if self.is(at, &Meaning::Comma) && self.is(at + 1, &Meaning::Relative) {
-            let is_state = self.is(at + 2, &Meaning::Copula(Copula::State));
-            return at + 2 + usize::from(is_state);
-        }
-        at
-    }
-
-    /// A relation to an object, or to a position alone ("on the right").
-    fn links(&self, at: usize, described: Described) -> Parses<Link> {
-        let mut found = Vec::new();
-        let Some(token) = self.token(at) else { return found };
-        let relation_idxs = relations(token);
-        if !relation_idxs.is_empty() {
-            for (landmark, end) in self.nouns.noun_phrase(at + 1, described, 0) {
-                let (relation_idxs, word) = (relation_idxs.clone(), token.span.clone());
-                found.push((Link { relation_idxs, word, landmark }, end));
-            }
-        }
-        if let [relation, position] = token.parts.as_slice() {
-            let pick = position.meanings.iter().find_map(|meaning| match meaning {
-                Meaning::Before(pick) => Some(*pick),
-                _ => None,
-            });
-            let thing = Thing { pick, has_article: position.has_article, ..Thing::default() };
-            let landmark = NounPhrase::new(Head::Thing(thing), position.span.clone());
-            let (relation_idxs, word) = (relations(relation), relation.span.clone());
-            found.push((Link { relation_idxs, word, landmark }, at + 1));
-        }
-        found
-    }
+/// The place after commas, "and" and "then", and whether a comma is all that stands there.
+pub(super) fn after_separators(tokens: &[Token], at: usize) -> (usize, bool) {
+    let is_separator = |token: &&Token| {
+        [Meaning::Comma, Meaning::And, Meaning::Sequel].iter().any(|end| token.is(end))
+    };
+    let n = tokens[at..].iter().take_while(is_separator).count();
+    let only_comma = n == 1 && tokens[at].is(&Meaning::Comma);
+    (at + n, only_comma)
 }
 
 /// Whether a place describes a bare name, with no direction that tells the goal from it.
@@ -546,13 +478,6 @@ fn describes_bare(clause: &Clause) -> bool {
     let ClauseKind::Place { themes, links, .. } = &clause.kind else { return false };
     let landmarks = links.iter().map(|link| &link.landmark);
     themes.iter().chain(landmarks).any(NounPhrase::is_bare_and_placed)
-}
-
-fn kind_of(themes: Vec<NounPhrase>, wish: Wish) -> ClauseKind {
-    match wish.ends {
-        Some(what) if wish.links.is_empty() => ClauseKind::Has { themes, what },
-        ends => ClauseKind::Place { themes, links: wish.links, ends },
-    }
 }
 
 /// The same objects, each with one description more.

@@ -74,7 +74,7 @@ impl<'a> Resolver<'a> {
                 let property = self.language.properties.get(*property_idx);
                 let predicate = property.map(|property| property.predicate.clone());
                 let args = vec![object.name.clone()];
-                Ok(predicate.and_then(|p| self.truth(Atom { predicate: p, args })))
+                Ok(predicate.and_then(|p| self.truth(&Atom { predicate: p, args })))
             }
             Description::Related { relation_idxs, landmark, .. } => {
                 self.is_related(relation_idxs, landmark, object)
@@ -87,8 +87,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn truth(&self, atom: Atom) -> Answer {
-        self.view.facts.map(|facts| facts.truth(&atom))
+    fn truth(&self, atom: &Atom) -> Answer {
+        self.view.facts.map(|facts| facts.truth(atom))
     }
 
     /// Whether one of these relations holds between the object and what the words name.
@@ -124,7 +124,7 @@ impl<'a> Resolver<'a> {
                 };
                 let (a, b) = (object.name.clone(), named);
                 let args = if relation.swap { vec![b, a] } else { vec![a, b] };
-                let truth = self.truth(Atom { predicate: relation.predicate.clone(), args });
+                let truth = self.truth(&Atom { predicate: relation.predicate.clone(), args });
                 answer = answer.and_then(|known| truth.map(|truth| known.max(truth)));
             }
         }

@@ -13,9 +13,11 @@ mod tokens;
 mod syntax;
 mod noun_phrases;
 mod clauses;
+mod wishes;
 mod refusals;
 mod sentences;
 mod positions;
+mod claim;
 mod told;
 mod claims;
 mod descriptions;
@@ -138,13 +140,7 @@ impl<'a> Reader<'a> {
         let mut faults: Vec<Fault> = Vec::new();
         for clauses in &readings {
             match self.read(clauses) {
-                Ok(more) => {
-                    for reading in more {
-                        if understood.iter().all(|other| other.content() != reading.content()) {
-                            understood.push(reading);
-                        }
-                    }
-                }
+                Ok(more) => understood.extend(more),
                 Err(fault) => faults.push(fault),
             }
         }
@@ -162,8 +158,14 @@ impl<'a> Reader<'a> {
         if let Some(idx) = waits {
             return Err(faults.swap_remove(idx));
         }
-        let mut understood = understood.into_iter();
-        match (understood.next(), understood.next()) {
+        let mut different: Vec<Resolver<'a>> = Vec::new();
+        for reading in understood {
+            if different.iter().all(|other| other.content() != reading.content()) {
+                different.push(reading);
+            }
+        }
+        let mut different = different.into_iter();
+        match (different.next(), different.next()) {
             (Some(only), None) => Ok(only.finish()),
             (Some(first), Some(second)) => {
                 let [first, second] = [first, second].map(|r| r.finish().goal.to_string());
@@ -225,10 +227,14 @@ impl<'a> Reader<'a> {
 
 /// A contradiction or a description that does not fit says more than words in the wrong place.
 fn most_telling(faults: Vec<Fault>) -> Option<Fault> {
-    let rank = |fault: &Fault| match fault.reason {
-        Reason::NoneFits { .. } | Reason::Ambiguous { .. } | Reason::CannotTell { .. } => 0,
-        Reason::Contradiction { .. } | Reason::Circle { .. } => 1,
-        _ => 2,
+    let is_of_scene = |reason: &Reason| {
+        matches!(
+            reason,
+            Reason::NoneFits { .. } | Reason::Ambiguous { .. } | Reason::CannotTell { .. }
+        )
     };
+    let contradicts =
+        |reason: &Reason| matches!(reason, Reason::Contradiction { .. } | Reason::Circle { .. });
+    let rank = |fault: &Fault| (!is_of_scene(&fault.reason), !contradicts(&fault.reason));
     faults.into_iter().min_by_key(rank)
 }

@@ -3,6 +3,11 @@
 //! The functions give all readings with the place after each, so that the clause that they stand in
 //! decides which of them there is room for.
 
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a phrase has many meanings, and each place of the grammar asks for a few"
+)]
+
 use super::Span;
 use super::syntax::{Description, Head, NounPhrase, Thing};
 use super::tokens::Token;
@@ -352,7 +357,7 @@ fn extend(thing: &mut Thing, token: &Token, is_first: bool) -> bool {
             Meaning::Listed if is_first => thing.is_listed = true,
             Meaning::Other if !thing.is_other => thing.is_other = true,
             Meaning::Colour(colour) if thing.colour.is_none() => {
-                thing.colour = Some(colour.clone())
+                thing.colour = Some(colour.clone());
             }
             Meaning::Before(pick) if thing.pick.is_none() && thing.place.is_none() => {
                 thing.pick = Some(*pick);

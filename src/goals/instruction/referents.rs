@@ -47,8 +47,8 @@ impl<'a> Resolver<'a> {
             Head::They => self.antecedents(object),
             Head::Listed => Err(self.nothing_listed(object)),
             Head::Named(name) => {
-                let named = self.view.objects.iter().filter(|o| o.name == *name).collect();
-                self.one_of(object, named, candidate)
+                let named = self.view.objects.iter().filter(|o| o.name == *name);
+                self.one_of(object, &named.collect::<Vec<_>>(), candidate)
             }
             Head::Rest => {
                 let thing = Thing { all: true, is_other: true, ..Thing::default() };
@@ -230,7 +230,7 @@ impl<'a> Resolver<'a> {
             if fitting.len() < seen_min {
                 return Err(self.not_seen(&object.span, candidate, fitting.len(), seen_min));
             }
-            let fitting = self.surely(object, thing, fitting)?;
+            let fitting = self.surely(object, thing, &fitting)?;
             return self.picked(object, candidate, pick, &fitting).map(Referent::Object);
         }
         let is_described = !thing.attributes.is_empty() || !object.descriptions.is_empty();
@@ -243,22 +243,22 @@ impl<'a> Resolver<'a> {
         if fitting.is_empty() {
             return Err(self.not_seen(&object.span, candidate, 0, 1));
         }
-        self.one_of(object, fitting, candidate)
+        self.one_of(object, &fitting, candidate)
     }
 
     /// The one of these that is as it is described.
     fn one_of(
         &mut self,
         object: &NounPhrase,
-        fitting: Vec<&'a GoalObject>,
+        fitting: &[&'a GoalObject],
         candidate: &Candidate,
     ) -> Result<Referent, Fault> {
         let plain = Thing::default();
         let thing = if let Head::Thing(thing) = &object.head { thing } else { &plain };
-        let checked = self.check(object, thing, &fitting)?;
+        let checked = self.check(object, thing, fitting)?;
         match (checked.sure.as_slice(), checked.open.as_slice()) {
             ([one], []) => Ok(Referent::Object(one.name.clone())),
-            ([], []) => Err(self.none_fits(&object.span, &fitting)),
+            ([], []) => Err(self.none_fits(&object.span, fitting)),
             ([], [one])
                 if fitting.len() == 1 && checked.nobody_knows && thing.attributes.is_empty() =>
             {
@@ -277,12 +277,12 @@ impl<'a> Resolver<'a> {
         &mut self,
         object: &NounPhrase,
         thing: &Thing,
-        fitting: Vec<&'a GoalObject>,
+        fitting: &[&'a GoalObject],
     ) -> Result<Vec<&'a GoalObject>, Fault> {
         if thing.attributes.is_empty() && object.descriptions.is_empty() {
-            return Ok(fitting);
+            return Ok(fitting.to_vec());
         }
-        self.checked_all(object, thing, &fitting)
+        self.checked_all(object, thing, fitting)
     }
 
     fn checked_all(
@@ -348,7 +348,7 @@ impl<'a> Resolver<'a> {
         let pick = match (ordinal, side) {
             (Ordinal::Nth(number), RowSide::Left) => Pick::FromLeft(number),
             (Ordinal::Nth(number), RowSide::Right) => {
-                Pick::FromLeft((n + 1).checked_sub(number).unwrap_or_default())
+                Pick::FromLeft((n + 1).saturating_sub(number))
             }
             (Ordinal::Last, RowSide::Left) => Pick::Right,
             (Ordinal::Last, RowSide::Right) => Pick::Left,
@@ -393,7 +393,14 @@ impl<'a> Resolver<'a> {
             Pick::FromLeft(1) => Pick::Left,
             Pick::FromLeft(number) if number == n => Pick::Right,
             Pick::FromLeft(number) if 2 * number == n + 1 => Pick::Middle,
-            other => other,
+            Pick::FromLeft(_)
+            | Pick::Left
+            | Pick::Right
+            | Pick::Middle
+            | Pick::Top
+            | Pick::Bottom
+            | Pick::Smallest
+            | Pick::Largest => pick,
         };
         let type_words = split(candidate.type_name.as_str());
         let mut names = self.vocabulary.before(pick).map(|words| {

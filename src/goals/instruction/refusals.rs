@@ -1,10 +1,14 @@
 //! Why a sentence is not understood, as near to its words as can be told.
 
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a phrase has many meanings, and each place of the grammar asks for a few"
+)]
+
 use super::super::language::Language;
 use super::super::{Reason, Unsupported};
-use super::clauses::ClauseParser;
+use super::clauses::{ClauseParser, after_separators};
 use super::noun_phrases::{Described, NounParser, relations};
-use super::sentences::after_separators;
 use super::syntax::Form;
 use super::tokens::Token;
 use super::vocabulary::{Copula, Meaning, Refusal};

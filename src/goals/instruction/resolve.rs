@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::super::language::{Relation, Sequence};
 use super::super::{GoalView, Language, Phrase, Reason, Referent};
-use super::claims::{Arg, Claim};
+use super::claim::{Arg, Claim};
 use super::syntax::{Clause, ClauseKind, Head, Link, Mood, NounPhrase, Trait};
 use super::vocabulary::Vocabulary;
 use super::{Fault, Span};

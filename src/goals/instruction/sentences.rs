@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::{Language, Reason};
-use super::clauses::ClauseParser;
+use super::clauses::{ClauseParser, after_separators};
 use super::noun_phrases::{Described, NounParser};
 use super::refusals;
 use super::syntax::{Clause, ClauseKind, Form, Mood, NounPhrase};
@@ -205,45 +205,35 @@ impl<'a> Sentence<'a> {
 
     fn rows(&self, tokens: &'a [Token]) -> Result<Vec<Vec<Clause>>, Fault> {
         let mut memo = BTreeMap::new();
-        let rows = self.rows_from(self.parser(tokens), (0, Form::None, false), &mut memo);
+        let rows = rows_from(self.parser(tokens), (0, Form::None, false), &mut memo);
         if rows.len() > READINGS_MAX { Err(self.too_many()) } else { Ok(rows) }
-    }
-
-    fn rows_from(
-        &self,
-        parser: ClauseParser<'a>,
-        state: (usize, Form, bool),
-        memo: &mut BTreeMap<(usize, Form, bool), Vec<Vec<Clause>>>,
-    ) -> Vec<Vec<Clause>> {
-        if let Some(known) = memo.get(&state) {
-            return known.clone();
-        }
-        let (at, before, after_comma) = state;
-        let n_tokens = parser.nouns.tokens.len();
-        let mut found: Vec<Vec<Clause>> = Vec::new();
-        for (clauses, end) in parser.clauses(at, before, after_comma) {
-            let (next, only_comma) = after_separators(parser.nouns.tokens, end);
-            let form = clauses.last().map_or(before, |clause| clause.form);
-            let rest = if next == n_tokens {
-                vec![Vec::new()]
-            } else {
-                self.rows_from(parser, (next, form, only_comma), memo)
-            };
-            let room = (READINGS_MAX + 1).saturating_sub(found.len());
-            let rows = rest.into_iter().take(room);
-            found.extend(rows.map(|row| [clauses.as_slice(), row.as_slice()].concat()));
-        }
-        memo.insert(state, found.clone());
-        found
     }
 }
 
-/// The place after commas, "and" and "then", and whether a comma is all that stands there.
-pub(super) fn after_separators(tokens: &[Token], at: usize) -> (usize, bool) {
-    let is_separator = |token: &&Token| {
-        [Meaning::Comma, Meaning::And, Meaning::Sequel].iter().any(|end| token.is(end))
-    };
-    let n = tokens[at..].iter().take_while(is_separator).count();
-    let only_comma = n == 1 && tokens[at].is(&Meaning::Comma);
-    (at + n, only_comma)
+/// Every row of clauses from a place on.
+fn rows_from(
+    parser: ClauseParser<'_>,
+    state: (usize, Form, bool),
+    memo: &mut BTreeMap<(usize, Form, bool), Vec<Vec<Clause>>>,
+) -> Vec<Vec<Clause>> {
+    if let Some(known) = memo.get(&state) {
+        return known.clone();
+    }
+    let (at, before, after_comma) = state;
+    let n_tokens = parser.nouns.tokens.len();
+    let mut found: Vec<Vec<Clause>> = Vec::new();
+    for (clauses, end) in parser.clauses(at, before, after_comma) {
+        let (next, only_comma) = after_separators(parser.nouns.tokens, end);
+        let form = clauses.last().map_or(before, |clause| clause.form);
+        let rest = if next == n_tokens {
+            vec![Vec::new()]
+        } else {
+            rows_from(parser, (next, form, only_comma), memo)
+        };
+        let room = (READINGS_MAX + 1).saturating_sub(found.len());
+        let rows = rest.into_iter().take(room);
+        found.extend(rows.map(|row| [clauses.as_slice(), row.as_slice()].concat()));
+    }
+    memo.insert(state, found.clone());
+    found
 }

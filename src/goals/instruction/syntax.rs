@@ -37,6 +37,7 @@ pub(super) enum Head {
 
 /// The words of a noun phrase with a noun or what stands for one.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "words of a noun phrase, each said or not")]
 pub(super) struct Thing {
     pub(super) all: bool,
     /// "these disks": a list after a colon names them.
@@ -160,6 +161,25 @@ pub(super) struct Trait {
     pub(super) word: Span,
 }
 
+/// What is wished of objects: one place, one property, or places one after the other.
+#[derive(Debug, Clone)]
+pub(super) struct Wish {
+    pub(super) links: Vec<Link>,
+    pub(super) ends: Option<Trait>,
+    /// Whether its words lead to a place ("onto").
+    pub(super) is_directed: bool,
+}
+
+impl Wish {
+    /// What it says of these objects.
+    pub(super) fn of(self, themes: Vec<NounPhrase>) -> ClauseKind {
+        match self.ends {
+            Some(what) if self.links.is_empty() => ClauseKind::Has { themes, what },
+            ends => ClauseKind::Place { themes, links: self.links, ends },
+        }
+    }
+}
+
 /// How a clause says it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mood {
@@ -211,7 +231,7 @@ pub(super) enum ClauseKind {
     /// Something is taken up, and a later clause says where to.
     Take { themes: Vec<NounPhrase> },
     /// Two objects change places.
-    Swap { both: [NounPhrase; 2] },
+    Swap { both: Box<[NounPhrase; 2]> },
     /// "two stacks of three blocks", with what it counts.
     Heading { n_stacks: Option<(usize, Span)>, n_objects: Option<(usize, Span)> },
 }

@@ -1,7 +1,7 @@
 //! A goal told back in the words of its domain.
 
 use super::super::Language;
-use super::claims::{Arg, Claim};
+use super::claim::{Arg, Claim};
 use super::vocabulary::split;
 use crate::pddl::Name;
 

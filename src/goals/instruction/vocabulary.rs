@@ -1,6 +1,11 @@
 //! Every phrase that means something, from the domain's language, the shared words and the objects in
 //! view.
 
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a phrase has many meanings, and each place of the grammar asks for a few"
+)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -187,21 +192,21 @@ impl Vocabulary {
         faults: &mut Vec<Tolerated>,
     ) {
         for (key, phrases, meaning) in shared_entries(english) {
-            phrases.iter().for_each(|phrase| {
+            for phrase in phrases {
                 faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, false)));
-            });
+            }
         }
         // A domain that lists a shared word again may not give it another class. The class that the
         // grammar knows stands; the domain's list is told by the check of the folder.
         for (key, phrases, meaning) in shared_entries(language) {
-            phrases.iter().for_each(|phrase| {
+            for phrase in phrases {
                 faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, true)));
-            });
+            }
         }
         for (key, phrases, meaning) in domain_entries(language) {
-            phrases.iter().for_each(|phrase| {
+            for phrase in phrases {
                 faults.extend(self.add(key, phrase, &meaning).err().map(|fault| (fault, false)));
-            });
+            }
         }
         let colours = objects.iter().filter_map(|object| object.colour.as_ref());
         for colour in colours.chain(language.colours.keys()) {
@@ -300,16 +305,15 @@ pub(super) fn split(phrase: &str) -> Vec<String> {
 /// or, after a colour, an object; "stack" may be a verb or a noun; "but" and "both" and the like stand at
 /// different places.
 fn may_share(left: &Meaning, right: &Meaning) -> bool {
-    let pair = |a: &Meaning, b: &Meaning| {
-        matches!(
-            (a, b),
-            (Meaning::Relation(_), Meaning::Relation(_) | Meaning::HeadingEnd)
-                | (Meaning::Number(_), Meaning::Noun { many: false, .. })
-                | (Meaning::Noun { many: false, .. }, Meaning::Noun { many: false, .. })
-                | (Meaning::Noun { many: true, .. }, Meaning::Noun { many: true, .. })
-                | (Meaning::Stacks | Meaning::Everything(_), Meaning::Verb(Verb::Build))
-                | (Meaning::SwappedWith, Meaning::HeadingEnd | Meaning::Relation(_))
-        )
+    let pair = |a: &Meaning, b: &Meaning| match a {
+        Meaning::Relation(_) => matches!(b, Meaning::Relation(_) | Meaning::HeadingEnd),
+        Meaning::Number(_) => matches!(b, Meaning::Noun { many: false, .. }),
+        Meaning::Noun { many, .. } => {
+            matches!(b, Meaning::Noun { many: other, .. } if many == other)
+        }
+        Meaning::Stacks | Meaning::Everything(_) => *b == Meaning::Verb(Verb::Build),
+        Meaning::SwappedWith => matches!(b, Meaning::HeadingEnd | Meaning::Relation(_)),
+        _ => false,
     };
     pair(left, right) || pair(right, left)
 }

@@ -60,7 +60,9 @@ fn places<'a>(
         }
         Condition::Not(inner) => places(variable, inner, domain, found),
         Condition::And(parts) | Condition::Or(parts) => {
-            parts.iter().for_each(|part| places(variable, part, domain, found));
+            for part in parts {
+                places(variable, part, domain, found);
+            }
         }
         Condition::True | Condition::False | Condition::Equal(..) => {}
     }

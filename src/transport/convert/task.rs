@@ -342,8 +342,8 @@ pub fn goal_to_wire(update: &GoalUpdate, context: &WireContext) -> (TaskHeader, 
         goal: goal.goal.clone(),
         minimise_cost: false,
     };
-    let said: String = goal.said.iter().map(|clause| format!("{SAID}{clause}\n")).collect();
-    let text = said + &pddl::print_problem(&problem);
+    let said = goal.said.iter().map(|clause| [SAID, clause, "\n"].concat());
+    let text = said.collect::<String>() + &pddl::print_problem(&problem);
     (context.header(&FrameRef::default()), text.into_bytes())
 }
 
