@@ -10,10 +10,10 @@
 )]
 
 use super::Span;
+use super::meaning::{Copula, Meaning, Verb};
 use super::noun_phrases::{Described, LIST_MAX, NounParser, Parses};
 use super::syntax::{Clause, ClauseKind, Description, Form, Head, Mood, NounPhrase, Thing};
 use super::tokens::Token;
-use super::vocabulary::{Copula, Meaning, Verb};
 
 /// Reads clauses from a row of tokens without colons and full stops.
 #[derive(Debug, Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use super::super::{GoalObject, Referent};
 use super::Fault;
+use super::meaning::RowSide;
 use super::resolve::{Candidate, Resolver, Role};
 use super::syntax::{Description, NounPhrase, Thing};
-use super::vocabulary::RowSide;
 use crate::geometry::PixelBox;
 use crate::logic::Truth;
 use crate::pddl::{Atom, Name};

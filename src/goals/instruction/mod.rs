@@ -6,8 +6,9 @@
 //! are errors.
 
 mod contradictions;
-mod vocabulary;
+mod meaning;
 mod words;
+mod vocabulary;
 mod spelling;
 mod tokens;
 mod syntax;

@@ -9,9 +9,9 @@
 )]
 
 use super::Span;
+use super::meaning::{Copula, Meaning, Ordinal};
 use super::syntax::{Description, Head, NounPhrase, Thing};
 use super::tokens::Token;
-use super::vocabulary::{Copula, Meaning, Ordinal};
 
 /// Most descriptions of one object, and most of them within each other.
 const DESCRIPTIONS_MAX: usize = 2;

@@ -2,10 +2,11 @@
 
 use super::super::language::Pick;
 use super::super::{GoalObject, Phrase, Reason, Referent};
+use super::meaning::{Ordinal, RowSide};
 use super::positions::{self, Keyed, Miss};
 use super::resolve::{Antecedent, Candidate, Resolver, Role};
 use super::syntax::{Head, NounPhrase, Thing};
-use super::vocabulary::{Ordinal, RowSide, split};
+use super::vocabulary::split;
 use super::{Fault, Span};
 use crate::pddl::{Name, Typed};
 

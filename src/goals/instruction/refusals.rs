@@ -8,10 +8,10 @@
 use super::super::language::Language;
 use super::super::{Reason, Unsupported};
 use super::clauses::{ClauseParser, after_separators};
+use super::meaning::{Copula, Meaning, Refusal};
 use super::noun_phrases::{Described, NounParser, relations};
 use super::syntax::Form;
 use super::tokens::Token;
-use super::vocabulary::{Copula, Meaning, Refusal};
 use super::{Fault, Span};
 
 /// Questions, conditions, alternatives, prohibitions: known, and not carried out.

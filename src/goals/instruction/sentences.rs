@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use super::super::{Language, Reason};
 use super::clauses::{ClauseParser, after_separators};
+use super::meaning::{Meaning, Verb};
 use super::noun_phrases::{Described, NounParser};
 use super::refusals;
 use super::syntax::{Clause, ClauseKind, Form, Mood, NounPhrase};
 use super::tokens::Token;
-use super::vocabulary::{Meaning, Verb};
 use super::{Fault, Span};
 
 /// Most readings of an instruction that are looked at.

@@ -2,7 +2,7 @@
 
 use super::super::language::Pick;
 use super::Span;
-use super::vocabulary::{Ordinal, RowSide};
+use super::meaning::{Ordinal, RowSide};
 use crate::pddl::Name;
 
 /// The words for one or more objects, before they are looked up.

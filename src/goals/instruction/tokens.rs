@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::super::{GoalObject, Reason};
-use super::vocabulary::{Meaning, Ordinal, Vocabulary};
+use super::meaning::{Meaning, Ordinal};
+use super::vocabulary::Vocabulary;
 use super::{Fault, Span, spelling};
 
 /// How many similar words an error offers.

@@ -6,9 +6,9 @@
 )]
 
 use super::clauses::ClauseParser;
+use super::meaning::{Copula, Meaning};
 use super::noun_phrases::{Described, LIST_MAX, Parses, relations};
 use super::syntax::{Head, Link, NounPhrase, Thing, Trait, Wish};
-use super::vocabulary::{Copula, Meaning};
 
 impl ClauseParser<'_> {
     pub(super) fn traits(&self, at: usize) -> Vec<Trait> {

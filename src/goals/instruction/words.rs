@@ -1,7 +1,7 @@
 //! The lists of a language with what their phrases mean.
 
 use super::super::Language;
-use super::vocabulary::{Copula, Meaning, Ordinal, Refusal, RowSide, Verb};
+use super::meaning::{Copula, Meaning, Ordinal, Refusal, RowSide, Verb};
 
 /// A key of `language.toml`, its phrases, what they mean.
 pub(super) type Entry<'a> = (&'static str, &'a [String], Meaning);
