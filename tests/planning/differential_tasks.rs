@@ -1,5 +1,4 @@
 //! Random small tasks of any domain, and brute force over them by direct interpretation.
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 #![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 

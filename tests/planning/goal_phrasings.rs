@@ -123,10 +123,10 @@ impl Speech {
 
 /// The ground literals of a conjunction; a quantifier is kept as its text.
 fn literals(goal: &Condition) -> BTreeSet<String> {
-    match goal {
-        Condition::And(parts) => parts.iter().flat_map(literals).collect(),
-        other => BTreeSet::from([other.to_string()]),
+    if let Condition::And(parts) = goal {
+        return parts.iter().flat_map(literals).collect();
     }
+    BTreeSet::from([goal.to_string()])
 }
 
 fn atom(predicate: &str, args: &[&str]) -> String {
@@ -155,17 +155,14 @@ fn said() -> impl Strategy<Value = Said> {
 /// A sentence for the statement, and the literal that it asks for.
 fn sentence(speech: &Speech, said: &Said) -> Option<(String, String, Name)> {
     let (theme, theme_name) = speech.themes[said.theme % speech.themes.len()];
-    let (what, wanted) = match said.place {
-        Some(idx) => {
-            let (place, place_name) = speech.places[idx % speech.places.len()];
-            let word = speech.words[said.word % speech.words.len()];
-            let wanted = atom(speech.predicate, &[theme_name, place_name]);
-            (place_name != theme_name).then(|| (format!("{word} {place}"), wanted))?
-        }
-        None => {
-            let phrase = speech.has.0.first()?;
-            ((*phrase).to_owned(), atom(speech.has.1, &[theme_name]))
-        }
+    let (what, wanted) = if let Some(idx) = said.place {
+        let (place, place_name) = speech.places[idx % speech.places.len()];
+        let word = speech.words[said.word % speech.words.len()];
+        let wanted = atom(speech.predicate, &[theme_name, place_name]);
+        (place_name != theme_name).then(|| (format!("{word} {place}"), wanted))?
+    } else {
+        let phrase = speech.has.0.first()?;
+        ((*phrase).to_owned(), atom(speech.has.1, &[theme_name]))
     };
     if said.is_denied {
         let text = format!("{theme} must not be {what}");
@@ -253,7 +250,7 @@ proptest! {
             _ => format!("Make a tower of {n} blocks: {}", down.join(" on ")),
         };
         let atoms = down.windows(2).map(|pair| {
-            let names: Vec<Name> = pair.iter().map(|c| Name::new(&format!("{c}_block"))).collect();
+            let names: Vec<Name> = pair.iter().map(|c| Name::new(format!("{c}_block"))).collect();
             Atom { predicate: "on".into(), args: names }.to_string()
         });
         prop_assert_eq!(speech.read(&text), Ok(atoms.collect()), "{}", text);
