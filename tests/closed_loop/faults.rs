@@ -59,11 +59,11 @@ fn a_fault_that_cannot_be_is_told_at_its_line() {
         ),
         (
             format!("at_s = [1, 2, 3]\n{drop}"),
-            "fault[0].at_s: expected a number or an array of 2 values, got 3 values",
+            "fault[0].at_s: expected a number from 0 to 1000000 or an array of 2 values, got 3 values",
         ),
         (
             format!("at_s = 'soon'\n{drop}"),
-            "fault[0].at_s: expected a number or an array of 2 values, got 'soon'",
+            "fault[0].at_s: expected a number from 0 to 1000000 or an array of 2 values, got 'soon'",
         ),
         (format!("after = 'stak'\n{drop}"), "did you mean \"stack\"?"),
         (
@@ -81,7 +81,7 @@ fn a_fault_that_cannot_be_is_told_at_its_line() {
         ),
         (
             "at_s = 1\naction = { kind = 'hold', object = 'red_block', for_s = -1.0 }".to_owned(),
-            "fault[0].action.for_s: expected a finite number above 0, got -1.0",
+            "fault[0].action.for_s: expected a number from 0 to 1000000, got -1.0",
         ),
         (
             "at_s = 1\naction = { kind = 'swap', objects = ['red_block', 'blu_block'] }".to_owned(),
