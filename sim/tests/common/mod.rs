@@ -143,6 +143,26 @@ pub(crate) fn place(world: &mut World, at: Point3<f64>, yaw_rad: f64, carry_z: f
     go(world, Point3::new(at.x, at.y, carry_z), yaw_rad, opening + 0.016, 0.8);
 }
 
+/// Carries what is held about as fast as the gripper can; returns how far it moved in the grip, in
+/// metres. It stays held.
+pub(crate) fn shake(world: &mut World, held: &str) -> f64 {
+    let relative = |world: &World| centre(world, held) - world.gripper().position;
+    let (held_at, mut moved_m) = (relative(world), 0.0_f64);
+    for k in 0..6 {
+        let x = if k % 2 == 0 { 0.3 } else { -0.3 };
+        let position = Point3::new(x, 0.1 * f64::from(k % 3), 0.4);
+        let yaw_rad = 0.3 * f64::from(k);
+        let command = GripperCommand { position, yaw_rad, opening_m: 0.0, speed_m_s: 1.2 };
+        world.command(&command).unwrap();
+        for _ in 0..40 {
+            world.advance_to(world.time_ns() + PERIOD_NS / 2);
+            assert!(world.gripper().holding, "{held} is lost");
+            moved_m = moved_m.max((relative(world) - held_at).norm());
+        }
+    }
+    moved_m
+}
+
 /// A small seeded error, up to `size_m` along each axis of the table.
 pub(crate) fn error(seed: u64, size_m: f64) -> Vector3<f64> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678;
