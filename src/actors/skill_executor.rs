@@ -186,7 +186,7 @@ impl SkillExecutorMemory {
         if let Some(state) = ports.states.drain()? {
             self.hear_robot(state);
         }
-        if self.executive.running_step().is_none() {
+        if !self.executive.is_moving() {
             return Ok(());
         }
         let now_ns = monotonic_ns();

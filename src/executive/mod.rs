@@ -232,6 +232,11 @@ impl Executive {
         self.remaining.as_deref().unwrap_or_default()
     }
 
+    /// Whether the robot has been told to move: for a step, or for another view.
+    pub fn is_moving(&self) -> bool {
+        matches!(self.phase, Phase::Running(_) | Phase::ReObserving(_))
+    }
+
     /// The step that the robot is carrying out.
     pub fn running_step(&self) -> Option<&Step> {
         match &self.phase {

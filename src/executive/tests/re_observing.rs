@@ -118,7 +118,9 @@ fn unknown_facts_are_looked_at_from_every_view_and_then_given_up() {
             goals.push(goal);
             let waiting = episode.hear(&[StatusKind::Accepted]);
             assert_eq!(waiting.command.kind, CommandKind::Continue, "until it is there");
+            assert!(episode.executive.is_moving(), "somebody must watch it");
             episode.hear(&[StatusKind::Done]);
+            assert!(!episode.executive.is_moving());
         }
         if let Some(verdict) = decision.verdict {
             let why = "the precondition of (pick_up red_block arm) is not known to hold: \
