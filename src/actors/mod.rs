@@ -9,6 +9,8 @@ mod robot_states;
 mod supervisor;
 mod system_faults;
 mod table_thread;
+#[cfg(test)]
+mod tests;
 pub mod camera;
 pub mod scene_parser;
 pub mod goal_parser;

@@ -119,8 +119,11 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     beats.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let has_beats = args.clock == ClockKind::Realtime && args.config.motion.is_some();
     let mut robot_deadline = Box::pin(tokio::time::sleep(args.robot_wait));
+    let mut early: Option<PlanMessage> = None;
     loop {
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
+        let read_scene =
+            |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
         let is_paused = memory.requests.pace == Pace::Paused;
         // Nothing can be decided for a robot that is not there yet.
         let waits = args.config.motion.is_some() && memory.robot.is_none();
@@ -145,6 +148,11 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 return Err(robot_is_missing(args.robot_wait, &ports.states).into());
             }
             plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
+            scene = ports.scenes.newest_of(read_scene), if early.is_some() && !is_paused => {
+                memory.scene = Some(scene?);
+                let Some(plan) = early.take() else { continue };
+                plan
+            }
             _ = beats.tick(), if has_beats && !is_paused && !waits => {
                 memory.beat(&args, &mut ports)?;
                 continue;
@@ -154,7 +162,11 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
             continue; // a restarted planner's history
         }
         args.monitor.message("skill_executor").await;
-        let Some(decision) = memory.decide(&args, &mut ports, &plan)? else { continue };
+        let Some(decision) = memory.decide(&args, &mut ports, &plan)? else {
+            // Its scene was published before the plan, but to those who listened by then.
+            early = Some(plan);
+            continue;
+        };
         memory.tell_goal(&args, &mut ports, plan.cause)?;
         let sequence = memory.publish(&args, &ports, &decision)?;
         memory.tell(&args, &ports, (&plan, sequence), &decision)?;

@@ -253,6 +253,7 @@ impl PreparedRun {
             skew: (self.config.clock == ClockKind::Realtime).then_some(skew),
             detector_name: perception.detector.clone(),
             beside: beside && self.config.clock == ClockKind::Realtime,
+            awaits_robot: hardware.robot.acts && self.config.clock == ClockKind::Lockstep,
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
             checkpoint: Checkpoint::default(),
             monitor: shared.monitor.clone(),

@@ -32,8 +32,14 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
             args.monitor.rejected(NAME, reason);
             rejection = Some(Rejection::unusable(&reason));
         };
+        let awaits_robot = args.awaits_robot && memory.robot.is_none();
         let moment = tokio::select! {
             biased;
+            state = ports.states.next(), if awaits_robot => {
+                memory.robot = Some(state?);
+                deadline = Instant::now() + args.wait;
+                continue;
+            }
             event = ports.events.next() => {
                 let was_paused = memory.is_paused;
                 memory.hear_event(&event?, &args.context);
@@ -44,9 +50,9 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 }
                 continue;
             }
-            moment = ports.cameras.next(refused) => moment?,
+            moment = ports.cameras.next(refused), if !awaits_robot => moment?,
             () = sleep_until(deadline) => {
-                if !memory.is_paused {
+                if !memory.is_paused && !awaits_robot {
                     return Err(nothing_usable(args, ports.cameras.awaited(), rejection).into());
                 }
                 deadline = Instant::now() + args.wait;

@@ -60,6 +60,9 @@ pub struct SceneParserArgs {
     pub detector_name: String,
     /// Whether detector and grounder work beside the loop, on a thread of their own.
     pub beside: bool,
+    /// Whether no frame is parsed before the robot has said where it is: in lockstep, where a run
+    /// must come out the same each time. Who misses a robot is the executor.
+    pub awaits_robot: bool,
     /// How long a frame, or an answer of the detector, may be missing.
     pub wait: Duration,
     /// Memory that outlives the actor.
