@@ -116,6 +116,7 @@ impl Rig {
             skew: None,
             detector_name: "gated".to_owned(),
             beside: true,
+            awaits_robot: false,
             wait,
             checkpoint: Checkpoint::default(),
             monitor: Monitor::default(),
