@@ -1,5 +1,6 @@
 ; Disks on pegs, moved one at a time. Predicates and `move` are named as in ProDG-v; `off-peg` and
-; `recover` are added for what happens in a loop: a disk that ended up beside the pegs.
+; `recover` are added for what happens in a loop: a disk that ended up beside the pegs, perhaps on a
+; disk of one, which is in the way there.
 (define (domain hanoi)
   (:requirements :strips :typing :negative-preconditions :disjunctive-preconditions
                  :universal-preconditions :conditional-effects)
@@ -18,7 +19,8 @@
       (on-peg ?d ?from)
       (clear ?d)
       (not (on-peg ?d ?to))
-      (forall (?d2 - disk) (or (not (on-peg ?d2 ?to)) (smaller ?d ?d2))))
+      (forall (?d2 - disk) (or (not (on-peg ?d2 ?to)) (smaller ?d ?d2)))
+      (forall (?d2 ?d3 - disk) (or (not (on-peg ?d2 ?to)) (not (on ?d3 ?d2)) (on-peg ?d3 ?to))))
     :effect (and
       (not (on-peg ?d ?from))
       (on-peg ?d ?to)
@@ -35,7 +37,8 @@
     :precondition (and
       (off-peg ?d)
       (clear ?d)
-      (forall (?d2 - disk) (or (not (on-peg ?d2 ?to)) (smaller ?d ?d2))))
+      (forall (?d2 - disk) (or (not (on-peg ?d2 ?to)) (smaller ?d ?d2)))
+      (forall (?d2 ?d3 - disk) (or (not (on-peg ?d2 ?to)) (not (on ?d3 ?d2)) (on-peg ?d3 ?to))))
     :effect (and
       (not (off-peg ?d))
       (on-peg ?d ?to)

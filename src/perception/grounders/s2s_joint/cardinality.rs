@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::alignment::Alignment;
 use super::assignment::{Assignment, BAND};
 use super::branch_and_bound::{Choice, Row, choose};
 use crate::logic::Truth;
@@ -48,9 +49,9 @@ pub(super) fn decide(
     assignment: &mut Assignment,
     predicates: &[&Name],
     constraints: &Constraints,
-    required: &Required,
+    (required, alignment): (&Required, &Alignment),
 ) {
-    let (rows, n_columns) = build(assignment, predicates, constraints, required);
+    let (rows, n_columns) = build(assignment, predicates, constraints, (required, alignment));
     let chosen = choose(&rows.list, n_columns);
     let mut taken = vec![false; n_columns];
     for (row, choice) in rows.list.iter().zip(&chosen) {
@@ -100,14 +101,14 @@ fn build(
     assignment: &Assignment,
     predicates: &[&Name],
     constraints: &Constraints,
-    required: &Required,
+    (required, alignment): (&Required, &Alignment),
 ) -> (Rows, usize) {
     let mut rows = Rows::default();
     let mut row_of: BTreeMap<Key, usize> = BTreeMap::new();
     let mut column_of: BTreeMap<Key, usize> = BTreeMap::new();
     for &predicate in predicates {
         let is_required = required.predicates.contains(predicate);
-        let pooled = pooled(assignment, predicate, constraints, is_required);
+        let pooled = pooled(assignment, predicate, constraints, (is_required, alignment));
         for (at, (args, place)) in assignment.tuples(predicate).iter().enumerate() {
             let mut keys = keys(predicate, args, constraints);
             if keys.is_empty() {
@@ -167,19 +168,19 @@ fn pooled(
     assignment: &Assignment,
     predicate: &Name,
     constraints: &Constraints,
-    is_required: bool,
+    (is_required, alignment): (bool, &Alignment),
 ) -> Vec<f64> {
     let tuples = assignment.tuples(predicate);
-    let is_aligned = constraints.aligned.contains(predicate);
     let most = if is_required { 1.0 } else { 0.0 };
     let weight = |(args, place): &(Vec<usize>, usize)| {
         let aligned = match args[..] {
-            [first, second] if is_aligned => {
-                assignment.extents[second].is_over(&assignment.extents[first]).min(most)
+            [first, second] => {
+                let [first, second] = [first, second].map(|object| &assignment.extents[object]);
+                alignment.evidence(predicate, first, second)
             }
-            _ => 0.0,
+            _ => None,
         };
-        assignment.weights[*place] + aligned
+        assignment.weights[*place] + aligned.unwrap_or_default().min(most)
     };
     let weights: Vec<f64> = tuples.iter().map(weight).collect();
     let is_stacked = constraints.support.iter().any(|s| s.stack_at.as_ref() == Some(predicate));

@@ -14,6 +14,7 @@
 //! "at most one", and an order is total only where the examples relate all objects.
 
 mod extent;
+mod alignment;
 mod assignment;
 mod branch_and_bound;
 mod cardinality;
@@ -33,6 +34,7 @@ use crate::pddl::{Domain, Name, Types};
 use crate::perception::Observation;
 use crate::perception::model::constraints::{Constraints, FeatureVote, Support};
 use crate::perception::model::{Exemplars, ObjectBox, ObservedSpec, Perception, PerceptionError};
+use alignment::Alignment;
 use assignment::Assignment;
 use cardinality::Required;
 use exemplar_evidence::ExemplarEvidence;
@@ -52,14 +54,22 @@ struct Joint {
     types: Types,
     /// For each `support`: the types of the objects that may rest on each other.
     parts: Vec<Vec<Name>>,
-    /// For each `support`: what the examples show in the image.
-    flat: Vec<Option<SupportModel>>,
+    /// What the examples show in the image.
+    flat: Shown,
     /// The same in the world, where the examples have volumes.
-    deep: Option<Vec<Option<SupportModel>>>,
+    deep: Option<Shown>,
     /// The strict orders that the examples show to be total.
     total: Vec<Name>,
     /// Predicates that no example shows.
     untaught: Vec<Untaught>,
+}
+
+/// How objects stand to each other in the examples.
+#[derive(Debug, Clone)]
+struct Shown {
+    /// For each `support`.
+    supports: Vec<Option<SupportModel>>,
+    alignment: Alignment,
 }
 
 /// The entry of the table of grounders.
@@ -92,12 +102,14 @@ impl Joint {
             None => Vec::new(),
         };
         let parts: Vec<Vec<Name>> = supports.clone().map(types_of).collect();
-        let models = |deep: bool| -> Vec<Option<SupportModel>> {
+        let shown = |deep: bool| {
             let model = |(support, types): (&Support, &Vec<Name>)| {
                 let is_part = |object: &ObjectBox| is_of(&domain.types, object, types);
                 SupportModel::learn(&support.predicate, exemplars, deep, is_part)
             };
-            supports.clone().zip(&parts).map(model).collect()
+            let supports = supports.clone().zip(&parts).map(model).collect();
+            let alignment = Alignment::learn(&constraints.aligned, exemplars, deep);
+            Shown { supports, alignment }
         };
         let judged = s2s.judged_predicates().collect();
         let evidence = ExemplarEvidence { types: &domain.types, exemplars, slots: &slots, judged };
@@ -116,8 +128,8 @@ impl Joint {
             feature_votes: feature_votes(domain, perception, exemplars)?,
             numbered: perception.observed_predicates().filter(is_numbered).cloned().collect(),
             required,
-            flat: models(false),
-            deep: exemplars.have_volumes().then(|| models(true)),
+            flat: shown(false),
+            deep: exemplars.have_volumes().then(|| shown(true)),
             types: domain.types.clone(),
             parts,
             total,
@@ -141,16 +153,17 @@ impl Grounder for Joint {
 impl Joint {
     fn judge(&self, objects: &[ObjectBox]) -> Grounding {
         let with_depth = objects.iter().any(|object| object.volume.is_some());
-        let models = self.deep.as_ref().filter(|_| with_depth);
-        let (deep, models) = (models.is_some(), models.unwrap_or(&self.flat));
+        let shown = self.deep.as_ref().filter(|_| with_depth);
+        let (deep, shown) = (shown.is_some(), shown.unwrap_or(&self.flat));
         let mut assignment = Assignment::new(objects, deep, self.s2s.judge(objects).judged);
         if let Some(feature_votes) = &self.feature_votes {
             assignment.add_feature_votes(&feature_votes.judge(objects).judged);
         }
         let numbered: Vec<&Name> = self.numbered.iter().filter(|p| assignment.judges(p)).collect();
-        cardinality::decide(&mut assignment, &numbered, &self.constraints, &self.required);
+        let learned = (&self.required, &shown.alignment);
+        cardinality::decide(&mut assignment, &numbered, &self.constraints, learned);
         for (n, support) in self.constraints.support.iter().enumerate() {
-            if let Some(model) = models[n] {
+            if let Some(model) = shown.supports[n] {
                 let in_sight = objects.iter().filter(|o| !deep || o.volume.is_some());
                 let parts = in_sight.filter(|o| is_of(&self.types, o, &self.parts[n]));
                 let parts = assignment.numbers(parts.map(|object| &object.name));

@@ -183,23 +183,36 @@ fn what_a_constraint_decides_says_so() {
     assert_eq!((of("(on d3 d2)").truth, of("(on d3 d2)").basis), (Truth::True, Basis::Observed));
 }
 
-#[test]
-fn an_example_off_its_peg_makes_exactly_one_at_most_one() {
+/// Two disks on a peg, and one that lies on no peg.
+fn one_off_its_peg() -> (Vec<ObjectBox>, Exemplars) {
     let mut list = vec![disk("small", 100.0, 1, 50.0), disk("large", 100.0, 0, 70.0)];
     list.push(("off".to_owned(), [20.0, 320.0, 60.0, 340.0]));
     list.extend(pegs([2, 0, 0]));
-    let objects = objects(&list);
-    let typed: Vec<Typed> =
-        objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
-    let boxes: Vec<_> = objects.iter().map(|o| (o.name.clone(), o.pixel_box)).collect();
-    let init = two_disks().examples()[0].init.clone();
-    let example = Exemplar::new("example", [SIDE, SIDE], &boxes, (&typed, init)).unwrap();
-    let exemplars = Exemplars::new(vec![example]).unwrap();
+    let facts: Vec<Atom> = two_disks().examples()[0].init.iter().cloned().collect();
+    (objects(&list), example(&list, &facts))
+}
+
+#[test]
+fn an_example_off_its_peg_makes_exactly_one_at_most_one() {
+    let (objects, exemplars) = one_off_its_peg();
     let joint = Joint::new(&domain(), &perception(), &exemplars).unwrap();
     assert!(joint.required.predicates.is_empty() && joint.total.is_empty());
     let grounding = joint.judge(&objects);
     assert!(!of(&grounding, Truth::True).iter().any(|atom| atom.starts_with("(on-peg off")));
     assert!(reasons(&grounding).is_empty());
+}
+
+#[test]
+fn a_disk_that_lies_beside_a_peg_on_its_disks_is_on_no_peg() {
+    let joint = Joint::new(&domain(), &perception(), &one_off_its_peg().1).unwrap();
+    let on_peg = |small_x: f64| {
+        let mut list = vec![disk("small", small_x, 1, 50.0), disk("large", 100.0, 0, 70.0)];
+        list.extend(pegs([1, 0, 0]));
+        let holds = of(&joint.judge(&objects(&list)), Truth::True);
+        holds.into_iter().filter(|atom| atom.starts_with("(on-peg small")).collect::<Vec<_>>()
+    };
+    assert_eq!(on_peg(95.0), ["(on-peg small peg1)"]);
+    assert_eq!(on_peg(78.0), [""; 0], "the peg is at its edge");
 }
 
 /// A scene of disks and pegs anywhere, some in the same place.
