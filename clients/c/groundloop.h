@@ -1,7 +1,11 @@
 /* Layouts of groundloop's topics, for C and C++.
  *
  * Made from src/transport/wire.rs by `cargo test --test attach protocol`; docs/protocol.md says what they mean.
- * Text is UTF-8, padded with zero bytes. Reserved fields are zero. */
+ * Text is UTF-8, padded with zero bytes. Reserved fields are zero.
+ *
+ * A topic but `control` has one writer. Before you create a publisher, clean up dead nodes, open the service and
+ * look at its number of publishers (number_of_publishers of its dynamic config): above 0 another process does the
+ * same, and two would be mixed. Say so and end: `TOPIC of run "RUN" has a writer already`. */
 #ifndef GROUNDLOOP_H
 #define GROUNDLOOP_H
 

@@ -19,7 +19,9 @@ use groundloop::transport::topics::{
 use groundloop::transport::wire::{
     CommandRecord, DeviceHeader, FrameHeader, RobotStateRecord, StatusRecord,
 };
-use groundloop::transport::{Bus, BusConfig, Depth, Publisher, Received, Subscriber};
+use groundloop::transport::{
+    Bus, BusConfig, Depth, Publisher, Received, Subscriber, TransportError,
+};
 use nalgebra::Point3;
 
 /// Whether the package can be used; prints what is skipped where it cannot.
@@ -139,6 +141,55 @@ fn a_robot_in_python_follows_waypoints() {
         assert_eq!(next().await, StatusKind::Accepted);
         let StatusKind::Failed(reason) = next().await else { panic!("it goes on unheard") };
         assert!(reason.contains("nothing was heard"), "{reason}");
+    });
+}
+
+/// What a Python process says that ends by itself with an error.
+fn refused(script: &str, name: &str) -> String {
+    let ended = Command::new("python3")
+        .args(["-c", script, name])
+        .env("PYTHONPATH", project("clients/python"))
+        .output()
+        .unwrap();
+    assert_eq!(ended.status.code(), Some(1));
+    String::from_utf8(ended.stderr).unwrap()
+}
+
+/// Two cameras of a name, or two robots, would be mixed: the second is refused as `groundloop camera` is.
+#[test]
+fn a_second_of_a_kind_is_refused_in_python_too() {
+    if !is_there() {
+        return;
+    }
+    let name = unique_run("python-second");
+    let bus = Bus::open(&BusConfig::for_run(name.clone())).unwrap();
+    let taken = |topic| TransportError::Taken { topic, run: name.clone() }.to_string();
+    let robot = "import sys\nfrom groundloop import Robot\n\
+                 def main(): Robot(sys.argv[1], None)\nmain()";
+    crate::common::runtime().block_on(async {
+        let _commands: Publisher<DeviceHeader, CommandRecord> =
+            bus.publisher(&ROBOT_COMMAND).unwrap();
+        let mut frames: Subscriber<FrameHeader, u8> =
+            bus.subscriber(&CAMERA_RGB, Depth::newest()).unwrap();
+        let _depths: Subscriber<FrameHeader, u8> =
+            bus.subscriber(&CAMERA_DEPTH, Depth::newest()).unwrap();
+        let _statuses: Subscriber<DeviceHeader, StatusRecord> =
+            bus.subscriber(&ROBOT_STATUS, Depth::newest()).unwrap();
+        let states: Publisher<DeviceHeader, RobotStateRecord> =
+            bus.publisher(&ROBOT_STATE).unwrap();
+        let said = refused(robot, &name);
+        assert!(said.contains(&taken(ROBOT_STATE.name)), "{said}");
+        drop(states);
+
+        let camera = python(&["-c", CAMERA, &name]);
+        frames.newest().await.unwrap();
+        let said = refused(CAMERA, &name);
+        assert!(said.contains(&taken(CAMERA_RGB.name)), "{said}");
+        // One that was killed is no camera any more.
+        drop(camera);
+        while frames.poll_next().unwrap().is_some() {}
+        let _next = python(&["-c", CAMERA, &name]);
+        frames.newest().await.unwrap();
     });
 }
 

@@ -4,9 +4,9 @@
 wait for the run to start. The protocol is docs/protocol.md of groundloop.
 """
 
-from .bus import Bus, Reader, Writer
+from .bus import Bus, Reader, Taken, Writer
 from .camera import Camera, Intrinsics
 from .robot import Arm, Refused, Robot, Target
 from .viewer import watch
 
-__all__ = ["Arm", "Bus", "Camera", "Intrinsics", "Reader", "Refused", "Robot", "Target", "Writer", "watch"]
+__all__ = ["Arm", "Bus", "Camera", "Intrinsics", "Reader", "Refused", "Robot", "Taken", "Target", "Writer", "watch"]

@@ -25,6 +25,10 @@ LOOK_S = 0.1
 Header = TypeVar("Header", bound=ctypes.Structure)
 
 
+class Taken(RuntimeError):
+    """Another process writes a topic that has one writer: two would be mixed."""
+
+
 class Bus:
     """The topics of one run. Everything is released when the object is; keep it in a function, not in a module."""
 
@@ -42,6 +46,16 @@ class Bus:
             .signal_handling_mode(iox2.SignalHandlingMode.Disabled)
             .create(iox2.ServiceType.Ipc)
         )
+
+    def refuse_second(self, topic: str, header: type, record: type) -> None:
+        """Raises `Taken` when somebody writes the topic already, once the run has created it. What died does not."""
+        self._node.try_cleanup_dead_nodes()
+        samples, _, _ = self._services(topic, header, record)
+        if samples.dynamic_config.number_of_publishers > 0:
+            raise Taken(
+                f'{topic} of run "{self.run}" has a writer already: another process does the same; end it, or give '
+                "the run another name (--run)"
+            )
 
     def writer(self, topic: str, header: type[Header], record: type, size: int = 1) -> "Writer[Header]":
         """Opens a topic for writing, once the run has created it. `size`: elements of the first message."""

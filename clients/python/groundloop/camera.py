@@ -35,8 +35,12 @@ class Camera:
         world_from_camera: np.ndarray | None = None,
         bus: Bus | None = None,
     ) -> None:
-        """Waits for the run. `world_from_camera` is 4x4: metres, world z up; camera x right, y down, z forward."""
+        """Waits for the run. `world_from_camera` is 4x4: metres, world z up; camera x right, y down, z forward.
+
+        Raises `Taken` when another process is this camera.
+        """
         bus = bus or Bus(run)
+        bus.refuse_second(f"camera/{name}/rgb", wire.FrameHeader, ctypes.c_uint8)
         self.intrinsics = intrinsics
         self.world_from_camera = world_from_camera
         self._bus = bus

@@ -68,8 +68,9 @@ class Robot:
     """Plays the robot of a run whose `robot.kind` is `external`."""
 
     def __init__(self, run: str, arm: Arm, bus: Bus | None = None, silence_s_max: float = SILENCE_S_MAX) -> None:
-        """Waits for the run."""
+        """Waits for the run. Raises `Taken` when another process is its robot."""
         bus = bus or Bus(run)
+        bus.refuse_second("robot/state", wire.DeviceHeader, wire.RobotStateRecord)
         self._arm, self._bus, self._silence_s_max = arm, bus, silence_s_max
         self._commands = bus.reader("robot/command", wire.DeviceHeader, wire.CommandRecord)
         self._states = bus.writer("robot/state", wire.DeviceHeader, wire.RobotStateRecord)
