@@ -4,6 +4,7 @@ mod checkpoint;
 mod commands;
 mod lifecycle;
 mod monitor;
+mod patience;
 mod pause;
 mod robot_states;
 mod supervisor;

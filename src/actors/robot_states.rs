@@ -5,7 +5,7 @@ use crate::messages::RobotState;
 use crate::transport::convert::robot_state_from_wire;
 use crate::transport::topics::ROBOT_STATE;
 use crate::transport::wire::{DeviceHeader, RobotStateRecord};
-use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
+use crate::transport::{Bus, Depth, Drops, Received, Subscriber, TopicSilence, TransportError};
 
 /// The newest state of the robot.
 #[derive(Debug)]
@@ -13,30 +13,44 @@ pub(super) struct RobotStates {
     subscriber: Subscriber<DeviceHeader, RobotStateRecord>,
     stamps: Stamps,
     refused: Option<String>,
+    /// What the topic's reader had missed when the last state came.
+    heard_with: Drops,
 }
 
 impl RobotStates {
     /// Opens the topic.
     pub(super) fn open(bus: &Bus, clock: ClockKind) -> Result<Self, TransportError> {
         let subscriber = bus.subscriber(&ROBOT_STATE, Depth::newest())?;
-        Ok(Self { subscriber, stamps: Stamps::new(clock), refused: None })
+        let (stamps, heard_with) = (Stamps::new(clock), Drops::default());
+        Ok(Self { subscriber, stamps, refused: None, heard_with })
     }
 
     /// Waits for the next state that can be used. Cancel-safe.
     pub(super) async fn next(&mut self) -> Result<RobotState, TransportError> {
-        let Self { subscriber, stamps, refused } = self;
-        subscriber.newest_of(|message| read(stamps, refused, &message)).await
+        let Self { subscriber, stamps, refused, heard_with } = self;
+        let state = subscriber.newest_of(|message| read(stamps, refused, &message)).await?;
+        *heard_with = subscriber.drops();
+        Ok(state)
     }
 
     /// The newest state that has come, if any.
     pub(super) fn drain(&mut self) -> Result<Option<RobotState>, TransportError> {
-        let Self { subscriber, stamps, refused } = self;
-        subscriber.drain_newest_of(|message| read(stamps, refused, &message))
+        let Self { subscriber, stamps, refused, heard_with } = self;
+        let newest = subscriber.drain_newest_of(|message| read(stamps, refused, &message))?;
+        if newest.is_some() {
+            *heard_with = subscriber.drops();
+        }
+        Ok(newest)
     }
 
-    /// Why the last state that could not be used could not.
+    /// Why the last state that came could not be used, if it could not.
     pub(super) fn refused(&self) -> Option<&str> {
         self.refused.as_deref()
+    }
+
+    /// Why nothing has come since the last state.
+    pub(super) fn silence(&mut self, bus: &Bus) -> Result<TopicSilence, TransportError> {
+        bus.silence(&ROBOT_STATE, &mut self.subscriber, self.heard_with)
     }
 }
 
@@ -49,5 +63,6 @@ fn read(
     let state = stamps.take(sequence, capture_ns, monotonic_ns()).and_then(|()| {
         robot_state_from_wire(message.header(), message.records()).map_err(|e| e.to_string())
     });
-    state.inspect_err(|reason| *refused = Some(reason.clone()))
+    *refused = state.as_ref().err().cloned();
+    state
 }

@@ -3,6 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use tokio::time::Instant;
+
+use super::patience::{Waited, waited, was_stopped};
 use super::pause::{Pace, Requests};
 use super::robot_states::RobotStates;
 use super::scene_parser::{Handled, fresh};
@@ -26,7 +29,7 @@ use crate::transport::wire::{
     ControlRecord, DecisionRecord, DeviceHeader, DispatchRecord, OutcomeRecord, SceneRecord,
     StatusRecord, StepRecord, StreamHeader, TaskHeader,
 };
-use crate::transport::{Bus, Depth, Publisher, Received, Subscriber};
+use crate::transport::{Bus, Depth, Publisher, Received, SilenceCause, Subscriber, TransportError};
 
 /// How often the verdict is said again once the episode has ended.
 const VERDICT_PERIOD: Duration = Duration::from_millis(100);
@@ -100,27 +103,19 @@ struct Ports {
 /// # Errors
 /// [`ActorError`] when the bus fails.
 pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
-    let bus = &args.bus;
-    let mut ports = Ports {
-        goals: bus.subscriber(&GOAL, Depth::newest())?,
-        plans: bus.subscriber(&PLAN, Depth::newest())?,
-        scenes: bus.subscriber(&SCENE, Depth::newest())?,
-        states: RobotStates::open(bus, args.clock)?,
-        statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
-        controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
-        dispatches: bus.publisher(&DISPATCH)?,
-        outcomes: bus.publisher(&OUTCOME)?,
-        decisions: bus.publisher(&DECISION)?,
-        events: bus.publisher(&EVENT)?,
-        verdicts: bus.publisher(&VERDICT)?,
-    };
+    let mut ports = Ports::open(&args.bus, args.clock)?;
     let mut memory = args.checkpoint.load();
     let mut beats = tokio::time::interval(BEAT_PERIOD);
     beats.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let has_beats = args.clock == ClockKind::Realtime && args.config.motion.is_some();
-    let mut robot_deadline = Box::pin(tokio::time::sleep(args.robot_wait));
+    let mut robot_deadline = Instant::now() + args.robot_wait;
+    let mut last_look = Instant::now();
     let mut early: Option<PlanMessage> = None;
     loop {
+        let look = std::mem::replace(&mut last_look, Instant::now());
+        if was_stopped(look.elapsed(), args.robot_wait).is_some() {
+            memory.robot_heard_ns = monotonic_ns(); // nothing could be heard meanwhile
+        }
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
         let read_scene =
             |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
@@ -144,8 +139,12 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 memory.hear_robot(state?);
                 continue;
             }
-            () = &mut robot_deadline, if waits || is_asked => {
-                return Err(robot_is_missing(args.robot_wait, &ports.states).into());
+            waited = waited(robot_deadline, args.robot_wait), if waits || is_asked => {
+                if waited == Waited::Out {
+                    return Err(robot_is_missing(&args, &mut ports.states));
+                }
+                robot_deadline = Instant::now() + args.robot_wait;
+                continue;
             }
             plan = ports.plans.newest_of(read), if !is_paused && !waits => plan?,
             scene = ports.scenes.newest_of(read_scene), if early.is_some() && !is_paused => {
@@ -174,21 +173,48 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
         if decision.verdict.is_some() {
             return memory.stay_open(&args, &ports, &decision).await;
         }
-        robot_deadline.set(tokio::time::sleep(args.robot_wait));
+        robot_deadline = Instant::now() + args.robot_wait;
     }
 }
 
 /// No state has come for too long.
-fn robot_is_missing(wait: Duration, states: &RobotStates) -> Fatal {
-    let seconds = wait.as_secs_f64();
-    match states.refused() {
-        Some(reason) => Fatal::BadInput {
-            message: format!("no usable state on robot/state for {seconds:.1} s: {reason}"),
-        },
-        None => Fatal::Missing {
-            what: format!("the robot: no state on robot/state for {seconds:.1} s"),
-            how: "start the process that plays it, or raise robot.wait_s".to_owned(),
-        },
+fn robot_is_missing(args: &SkillExecutorArgs, states: &mut RobotStates) -> ActorError {
+    let seconds = args.robot_wait.as_secs_f64();
+    let unusable = |reason: &str| Fatal::BadInput {
+        message: format!("no usable state on robot/state for {seconds:.1} s: {reason}"),
+    };
+    if let Some(reason) = states.refused() {
+        return unusable(reason).into();
+    }
+    let silence = match states.silence(&args.bus) {
+        Ok(silence) => silence,
+        Err(error) => return error.into(),
+    };
+    if !silence.cause.is_absence() {
+        return unusable(&silence.to_string()).into();
+    }
+    let what = format!("the robot: no state on robot/state for {seconds:.1} s");
+    let is_nobody = silence.cause == SilenceCause::NoWriter;
+    let remedy =
+        if is_nobody { "start the process that plays it, or raise robot.wait_s; " } else { "" };
+    Fatal::Missing { what, how: format!("{remedy}{silence}") }.into()
+}
+
+impl Ports {
+    fn open(bus: &Bus, clock: ClockKind) -> Result<Self, TransportError> {
+        Ok(Self {
+            goals: bus.subscriber(&GOAL, Depth::newest())?,
+            plans: bus.subscriber(&PLAN, Depth::newest())?,
+            scenes: bus.subscriber(&SCENE, Depth::newest())?,
+            states: RobotStates::open(bus, clock)?,
+            statuses: bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH))?,
+            controls: bus.subscriber(&CONTROL, Depth::all(RELIABLE_DEPTH))?,
+            dispatches: bus.publisher(&DISPATCH)?,
+            outcomes: bus.publisher(&OUTCOME)?,
+            decisions: bus.publisher(&DECISION)?,
+            events: bus.publisher(&EVENT)?,
+            verdicts: bus.publisher(&VERDICT)?,
+        })
     }
 }
 
@@ -240,7 +266,7 @@ impl SkillExecutorMemory {
         // In lockstep the robot speaks when it has been told something.
         let may_be_silent = args.config.motion.is_none() || args.clock == ClockKind::Lockstep;
         if !may_be_silent && silence_ns > args.robot_wait.as_nanos() {
-            return Err(robot_is_missing(args.robot_wait, &ports.states).into());
+            return Err(robot_is_missing(args, &mut ports.states));
         }
         let statuses = fresh(&mut ports.statuses, &mut self.last_status, status_from_wire)?;
         let Some(scene) = &self.scene else { return Ok(None) };

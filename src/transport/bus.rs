@@ -144,6 +144,12 @@ impl Bus {
         &self.run
     }
 
+    /// The run and where it lies: all its processes need the same.
+    pub(super) fn place(&self) -> String {
+        let config = &self.node.config().global;
+        format!("run \"{}\" in {} (prefix {})", self.run, config.root_path(), config.prefix)
+    }
+
     /// Removes what dead processes left behind and tells their readers.
     pub fn clean_up_dead_nodes(&self) {
         self.node.try_cleanup_dead_nodes();

@@ -4,9 +4,11 @@ pub mod wire;
 pub mod topics;
 mod services;
 mod outbox;
+mod told;
 mod ports;
 mod place;
 mod bus;
+mod silence;
 pub mod convert;
 mod join;
 mod taps;
@@ -21,7 +23,9 @@ pub use place::{MissingRoom, RUN_NAME_BYTES_MAX, missing_room, run_name_fault};
 pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
 pub use services::Record;
+pub use silence::{SilenceCause, TopicSilence};
 pub use taps::{Tap, TappedMessage};
+pub use told::Told;
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -27,6 +27,7 @@ use super::TransportError;
 use super::outbox::{Outbox, SendHook};
 use super::reason::reason;
 use super::services::{Record, Service, events, late_joiners, samples};
+use super::told::Told;
 use super::topics::Topic;
 use super::wire::{SCHEMA, WireHeader};
 use crate::clock::monotonic_ns;
@@ -243,6 +244,8 @@ pub struct Drops {
     pub late: u64,
     /// Messages of another schema version.
     pub foreign: u64,
+    /// The version of the last of those.
+    pub foreign_schema: Option<u32>,
 }
 
 /// What came last.
@@ -269,6 +272,8 @@ pub struct Subscriber<H: WireHeader, R: Record> {
     _joined: Notifier<Service>,
     last: Option<Last>,
     drops: Drops,
+    /// What was refused, so that the same is not told each time.
+    told: Told,
     is_complete: bool,
 }
 
@@ -309,8 +314,15 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
             .map_err(|e| fault(&e))?;
         joined.notify().map_err(|e| fault(&e))?;
         let wakeups = Wakeups::new(listener, topic)?;
-        let (last, drops) = (None, Drops::default());
-        Ok(Self { samples: subscriber, wakeups, _joined: joined, last, drops, is_complete })
+        Ok(Self {
+            samples: subscriber,
+            wakeups,
+            _joined: joined,
+            last: None,
+            drops: Drops::default(),
+            told: Told::default(),
+            is_complete,
+        })
     }
 
     /// Waits for a message and returns the newest one, counting what it overtook.
@@ -360,10 +372,17 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
         while let Some(received) = self.poll_next()? {
             match read(received) {
                 Ok(value) => newest = Some(value),
-                Err(error) => tracing::warn!(topic = self.wakeups.topic, %error, "refused"),
+                Err(error) => self.refuse(&error),
             }
         }
         Ok(newest)
+    }
+
+    /// Tells of a message that cannot be used; of many that are alike, how many there are.
+    fn refuse(&mut self, error: &dyn std::fmt::Display) {
+        if let Some(nth) = self.told.count(&error.to_string()) {
+            tracing::warn!(topic = self.wakeups.topic, %error, nth, "refused");
+        }
     }
 
     /// Waits for the next message, oldest first. Cancel-safe.
@@ -408,9 +427,18 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
             let writer = sample.header().publisher_id().value();
             let header = sample.user_header();
             if header.schema() != SCHEMA {
-                self.drops.foreign += 1;
                 let got = header.schema();
-                tracing::warn!(topic = self.wakeups.topic, expected = SCHEMA, got, "schema");
+                (self.drops.foreign, self.drops.foreign_schema) =
+                    (self.drops.foreign + 1, Some(got));
+                if let Some(nth) = self.told.count("schema") {
+                    tracing::warn!(
+                        topic = self.wakeups.topic,
+                        expected = SCHEMA,
+                        got,
+                        nth,
+                        "schema"
+                    );
+                }
                 continue;
             }
             let now = Last { writer, sequence: header.sequence(), send_ns: header.send_ns() };
@@ -423,6 +451,20 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
             return Ok(Some(Received(sample)));
         }
         Ok(None)
+    }
+
+    /// Drops what is here already; how many messages that nobody was woken for.
+    pub(super) fn drain_unwoken(&mut self) -> Result<u64, TransportError> {
+        let mut is_woken = false;
+        let listener = &self.wakeups.fd.get_ref().0;
+        listener.try_wait(|_| is_woken = true).map_err(|e| self.wakeups.fault(&e))?;
+        let before = self.drops;
+        let mut n = 0;
+        while self.poll_next()?.is_some() {
+            n += 1;
+        }
+        n += self.drops.late - before.late + self.drops.foreign - before.foreign;
+        Ok(if is_woken { 0 } else { n })
     }
 
     /// Name of the topic.

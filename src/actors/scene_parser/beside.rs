@@ -9,12 +9,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::time::{Instant, sleep_until};
+use tokio::time::Instant;
 
 use super::frames::{Cameras, Moment};
+use super::frozen::{Stillness, check_frozen};
+use super::missing::{Refusals, no_frame, nothing_usable, unusable};
 use super::thread::{Answer, Job, OwnedShot, PerceptionThread};
-use super::{NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, no_frame, nothing_usable};
-use crate::actors::{ActorError, Fatal};
+use super::{NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory};
+use crate::actors::ActorError;
+use crate::actors::patience::{Waited, waited};
 
 /// Pause after a first failure of the detector, milliseconds; doubles with each one in a row.
 const RETRY_MS_MIN: u64 = 100;
@@ -24,10 +27,11 @@ const RETRY_MS_MAX: u64 = 5_000;
 /// What one incarnation works with.
 struct Tools {
     thread: PerceptionThread,
-    /// Why the last frame came to nothing.
-    bad_frame: Option<Rejection>,
-    /// Why the last answer did.
-    bad_answer: Option<Rejection>,
+    /// Frames that came to nothing, and answers that did.
+    bad_frames: Refusals,
+    bad_answers: Refusals,
+    /// What each camera has shown last.
+    stillness: Vec<Stillness>,
     /// Failures of the detector in a row.
     n_failures: u32,
     /// When the detector may be asked again.
@@ -42,8 +46,9 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
     let now = Instant::now();
     let mut tools = Tools {
         thread: PerceptionThread::start(args.cameras.clone(), Arc::clone(&args.config))?,
-        bad_frame: None,
-        bad_answer: None,
+        bad_frames: Refusals::default(),
+        bad_answers: Refusals::default(),
+        stillness: Vec::new(),
         n_failures: 0,
         next_try: now,
         frame_deadline: now + args.wait,
@@ -52,11 +57,8 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
     let mut memory = args.checkpoint.load();
     loop {
         let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
-        let bad_frame = &mut tools.bad_frame;
-        let refused = |reason: &str| {
-            args.monitor.rejected(NAME, reason);
-            *bad_frame = Some(Rejection::unusable(&reason));
-        };
+        let bad_frames = &mut tools.bad_frames;
+        let refused = |reason: &str| bad_frames.unreadable(args, reason);
         tokio::select! {
             biased;
             event = ports.events.next() => {
@@ -73,11 +75,12 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
             moment = ports.cameras.next(refused) => {
                 take_frame(args, &mut memory, &mut tools, &mut ports, moment?).await?;
             }
-            () = sleep_until(deadline) => {
-                if !memory.is_paused {
-                    return Err(tools.too_late(args, &ports.cameras).into());
+            waited = waited(deadline, args.wait) => {
+                if waited == Waited::Out && !memory.is_paused {
+                    return Err(tools.too_late(args, &mut ports.cameras));
                 }
                 tools.wait_anew(args.wait);
+                ports.cameras.wait_anew();
             }
         }
         args.checkpoint.store(memory.clone());
@@ -94,12 +97,13 @@ async fn take_frame(
     moment: Moment,
 ) -> Result<(), ActorError> {
     if let Some(lost) = ports.cameras.lost(args.wait).filter(|_| !memory.is_paused) {
-        return Err(no_frame(args, lost).into());
+        return Err(no_frame(args, &mut ports.cameras, lost));
     }
     let header = moment.frame.header();
-    if memory.last_frame == Some(header.sequence) {
-        return Ok(()); // a restarted camera shows the same frame again
+    if tools.bad_frames.is_repeat(args, memory.last_frame, header.sequence) {
+        return Ok(());
     }
+    tools.bad_frames.last = None;
     args.monitor.message(NAME).await;
     memory.hear(ports, &args.context)?;
     memory.last_frame = Some(header.sequence);
@@ -107,12 +111,15 @@ async fn take_frame(
     let now = Instant::now();
     tools.frame_deadline = now + args.wait;
     if !tools.thread.is_busy() && now >= tools.next_try {
-        match job(args, memory, &mut ports.cameras, &moment) {
+        match job(args, memory, (&mut ports.cameras, &mut tools.stillness), &moment) {
             Ok(job) => {
                 tools.thread.offer(job)?;
                 tools.answer_deadline.get_or_insert(now + args.wait);
             }
-            Err(rejection) => args.reject(&rejection),
+            Err(rejection) => {
+                tools.bad_answers.rejected(args, rejection);
+                tools.answer_deadline.get_or_insert(now + args.wait);
+            }
         }
     }
     if let Some(scene) = &mut memory.last_scene {
@@ -128,12 +135,13 @@ async fn take_frame(
 fn job(
     args: &SceneParserArgs,
     memory: &SceneParserMemory,
-    cameras: &mut Cameras,
+    (cameras, stillness): (&mut Cameras, &mut Vec<Stillness>),
     moment: &Moment,
 ) -> Result<Job, Rejection> {
     let mut depths = Vec::new();
     let has_depth = cameras.read_depth(moment, &mut depths)?;
     let shots = cameras.shots(moment, &depths, &has_depth);
+    check_frozen(stillness, (&args.cameras, &shots), memory.robot.as_ref())?;
     Ok(Job {
         heard: memory.heard(moment.frame.header().into()),
         parser: memory.parser.clone(),
@@ -157,13 +165,12 @@ fn take_answer(
             let pause_ms = RETRY_MS_MIN << tools.n_failures.min(16);
             tools.next_try = now + Duration::from_millis(pause_ms.min(RETRY_MS_MAX));
             tools.n_failures += 1;
-            args.reject(&rejection);
-            tools.bad_answer = Some(rejection);
+            tools.bad_answers.rejected(args, rejection);
             return Ok(());
         }
     };
     tools.n_failures = 0;
-    tools.answer_deadline = None;
+    (tools.answer_deadline, tools.bad_answers.last) = (None, None);
     memory.parser = parser;
     memory.parsed(&mut scene, n_frames);
     ports.publish(args, &scene)?;
@@ -180,16 +187,15 @@ impl Tools {
     }
 
     /// Why nothing came in time: no frames, or no answers.
-    fn too_late(&self, args: &SceneParserArgs, cameras: &Cameras) -> Fatal {
+    fn too_late(&self, args: &SceneParserArgs, cameras: &mut Cameras) -> ActorError {
         let is_silent = self.answer_deadline.is_some_and(|deadline| deadline < self.frame_deadline);
         if !is_silent {
-            return nothing_usable(args, cameras.awaited(), self.bad_frame.clone());
+            return nothing_usable(args, cameras, self.bad_frames.last.clone());
         }
         let silent = || Rejection {
             reason: "it has not answered one frame; wait longer, or give it less to do".to_owned(),
             is_missing: true,
         };
-        let reason = Some(self.bad_answer.clone().unwrap_or_else(silent));
-        nothing_usable(args, cameras.awaited(), reason)
+        unusable(args, self.bad_answers.last.clone().unwrap_or_else(silent)).into()
     }
 }

@@ -12,13 +12,16 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::{CameraArgs, Rejection};
+use crate::actors::patience::was_stopped;
 use crate::clock::{ClockKind, Stamps, monotonic_ns};
 use crate::geometry::CameraModel;
 use crate::perception::{DepthView, FrameView, ImageView};
 use crate::transport::convert::{RgbFrame, depth_from_wire};
 use crate::transport::topics::CameraTopics;
 use crate::transport::wire::FrameHeader;
-use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
+use crate::transport::{
+    Bus, Depth, Drops, Received, Subscriber, Told, TopicSilence, TransportError,
+};
 
 /// What is read of one camera.
 struct Feed {
@@ -30,8 +33,13 @@ struct Feed {
     frame: Option<RgbFrame>,
     newest_depth: Option<Received<FrameHeader, u8>>,
     stamps: Stamps,
-    /// When its last frame came.
+    /// When its last frame came, and what the topic's reader had missed by then.
     seen: Instant,
+    seen_with: Drops,
+    /// Time between that frame and the one before.
+    gap: Duration,
+    /// What is wrong with its depth, so that the same is not told each time.
+    told: Told,
     /// Whether people have been told that the loop goes on without it.
     is_late: bool,
 }
@@ -98,6 +106,9 @@ impl Cameras {
                 newest_depth: None,
                 stamps: Stamps::new(clock),
                 seen: Instant::now(),
+                seen_with: Drops::default(),
+                gap: Duration::ZERO,
+                told: Told::default(),
                 is_late: false,
             })
         });
@@ -148,23 +159,40 @@ impl Cameras {
         Some(Moment { frame, used })
     }
 
-    /// The camera that keeps the next moment waiting, where there is one: it has shown nothing, or
-    /// not the frame of the others' number.
-    pub(super) fn awaited(&self) -> &CameraTopics {
-        let main = &self.feeds[0];
-        let Some(frame) = &main.frame else { return &main.topics };
-        let is_here = |feed: &&Feed| match (&feed.frame, self.skew) {
+    /// The place of the camera that keeps the next moment waiting, where there is one: it has shown
+    /// nothing, or not the frame of the others' number.
+    pub(super) fn awaited(&self) -> usize {
+        let Some(frame) = &self.feeds[0].frame else { return 0 };
+        let is_here = |feed: &Feed| match (&feed.frame, self.skew) {
             (Some(other), None) => other.header().sequence == frame.header().sequence,
             (other, _) => other.is_some(),
         };
-        self.feeds.iter().find(|feed| !is_here(feed)).map_or(&main.topics, |feed| &feed.topics)
+        self.feeds.iter().position(|feed| !is_here(feed)).unwrap_or(0)
     }
 
-    /// A camera beside `main` that has shown nothing for so long, in realtime.
-    pub(super) fn lost(&self, wait: Duration) -> Option<&CameraTopics> {
+    /// The place of a camera beside `main` that has shown nothing for so long, in realtime.
+    pub(super) fn lost(&mut self, wait: Duration) -> Option<usize> {
         self.skew?;
-        let lost = self.feeds.iter().skip(1).find(|feed| feed.seen.elapsed() > wait);
-        lost.map(|feed| &feed.topics)
+        // After a pause of all cameras nobody is lost: this process, or all of them, stood still.
+        if was_stopped(self.feeds[0].gap, wait).is_some() {
+            self.wait_anew();
+        }
+        (1..self.feeds.len()).find(|&idx| self.feeds[idx].seen.elapsed() > wait)
+    }
+
+    /// The topics of a camera.
+    pub(super) fn topics(&self, idx: usize) -> CameraTopics {
+        self.feeds[idx].topics
+    }
+
+    /// Why a camera has shown nothing since its last frame.
+    pub(super) fn silence(
+        &mut self,
+        bus: &Bus,
+        idx: usize,
+    ) -> Result<TopicSilence, TransportError> {
+        let Feed { topics, rgb, seen_with, .. } = &mut self.feeds[idx];
+        bus.silence(&topics.rgb, rgb, *seen_with)
     }
 
     /// While the loop is paused, no camera counts as lost.
@@ -195,7 +223,13 @@ impl Cameras {
             }
             let frame = if idx == 0 { Some(&moment.frame) } else { feed.frame.as_ref() };
             let Some(sequence) = frame.map(|frame| frame.header().sequence) else { continue };
-            has_depth[idx] = read_depth(feed.newest_depth.as_ref(), sequence, &mut depths[idx]);
+            let read = read_depth(feed.newest_depth.as_ref(), sequence, &mut depths[idx]);
+            has_depth[idx] = read == Ok(true);
+            if let Err(reason) = read
+                && let Some(nth) = feed.told.count(&reason)
+            {
+                tracing::warn!(topic = feed.topics.depth.name, reason, nth, "depth refused");
+            }
             if !has_depth[idx] && !is_one {
                 let topic = feed.topics.depth.name;
                 let reason = format!(
@@ -258,7 +292,8 @@ impl Feed {
         })?;
         if newest.is_some() {
             self.frame = newest;
-            self.seen = Instant::now();
+            self.gap = self.seen.elapsed();
+            (self.seen, self.seen_with) = (Instant::now(), self.rgb.drops());
         }
         Ok(())
     }
@@ -306,17 +341,15 @@ fn check(
 }
 
 /// Reads the depth of that number into `depth_m`; whether there is any.
+///
+/// # Errors
+/// Why what there is cannot be used.
 fn read_depth(
     depth: Option<&Received<FrameHeader, u8>>,
     sequence: u64,
     depth_m: &mut Vec<f32>,
-) -> bool {
-    let Some(depth) = depth.filter(|d| d.header().sequence == sequence) else { return false };
-    match depth_from_wire(depth.header(), depth.records(), depth_m) {
-        Ok(()) => true,
-        Err(error) => {
-            tracing::warn!(%error, "depth");
-            false
-        }
-    }
+) -> Result<bool, String> {
+    let Some(depth) = depth.filter(|d| d.header().sequence == sequence) else { return Ok(false) };
+    let read = depth_from_wire(depth.header(), depth.records(), depth_m);
+    read.map(|()| true).map_err(|error| error.to_string())
 }

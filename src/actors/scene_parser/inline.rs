@@ -1,13 +1,13 @@
 //! The detector in the loop: every frame waits for it.
 
-use tokio::time::{Instant, sleep_until};
+use tokio::time::Instant;
 
 use super::frames::Moment;
-use super::{
-    NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, look, no_frame, nothing_usable,
-    scene_of,
-};
+use super::frozen::{Stillness, check_frozen};
+use super::missing::{Refusals, no_frame, nothing_usable};
+use super::{NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, look, scene_of};
 use crate::actors::ActorError;
+use crate::actors::patience::{Waited, waited};
 use crate::perception::detectors::Detector;
 use crate::scene::Scene;
 
@@ -17,21 +17,20 @@ struct Tools {
     detectors: Vec<Box<dyn Detector>>,
     /// Depth of the present frames; kept, so that no frame needs new memory.
     depths: Vec<Vec<f32>>,
+    /// What each camera has shown last.
+    stillness: Vec<Stillness>,
 }
 
 pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<(), ActorError> {
     let detectors = args.cameras.iter().map(|camera| (camera.detector)());
     let detectors = detectors.collect::<Result<_, _>>();
     let detectors = detectors.map_err(|reason| ActorError::Part { reason })?;
-    let mut tools = Tools { detectors, depths: Vec::new() };
+    let mut tools = Tools { detectors, depths: Vec::new(), stillness: Vec::new() };
     let mut memory = args.checkpoint.load();
-    let mut rejection: Option<Rejection> = None;
+    let mut refusals = Refusals::default();
     let mut deadline = Instant::now() + args.wait;
     loop {
-        let refused = |reason: &str| {
-            args.monitor.rejected(NAME, reason);
-            rejection = Some(Rejection::unusable(&reason));
-        };
+        let refused = |reason: &str| refusals.unreadable(args, reason);
         let awaits_robot = args.awaits_robot && memory.robot.is_none();
         let moment = tokio::select! {
             biased;
@@ -51,20 +50,21 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
                 continue;
             }
             moment = ports.cameras.next(refused), if !awaits_robot => moment?,
-            () = sleep_until(deadline) => {
-                if !memory.is_paused && !awaits_robot {
-                    return Err(nothing_usable(args, ports.cameras.awaited(), rejection).into());
+            waited = waited(deadline, args.wait) => {
+                if waited == Waited::Out && !memory.is_paused && !awaits_robot {
+                    return Err(nothing_usable(args, &mut ports.cameras, refusals.last));
                 }
                 deadline = Instant::now() + args.wait;
+                ports.cameras.wait_anew();
                 continue;
             }
         };
         if let Some(lost) = ports.cameras.lost(args.wait).filter(|_| !memory.is_paused) {
-            return Err(no_frame(args, lost).into());
+            return Err(no_frame(args, &mut ports.cameras, lost));
         }
         let sequence = moment.frame.header().sequence;
-        if memory.last_frame == Some(sequence) {
-            continue; // a restarted camera shows the same frame again
+        if refusals.is_repeat(args, memory.last_frame, sequence) {
+            continue;
         }
         args.monitor.message(NAME).await;
         memory.hear(&mut ports, &args.context)?;
@@ -76,12 +76,10 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
         match parsed {
             Ok(scene) => {
                 deadline = Instant::now() + args.wait;
+                refusals.last = None;
                 ports.publish(args, &scene)?;
             }
-            Err(rejected) => {
-                args.reject(&rejected);
-                rejection = Some(rejected);
-            }
+            Err(rejected) => refusals.rejected(args, rejected),
         }
         args.checkpoint.store(memory.clone());
     }
@@ -96,6 +94,7 @@ fn parse(
 ) -> Result<Scene, Rejection> {
     let has_depth = ports.cameras.read_depth(moment, &mut tools.depths)?;
     let shots = ports.cameras.shots(moment, &tools.depths, &has_depth);
+    check_frozen(&mut tools.stillness, (&args.cameras, &shots), memory.robot.as_ref())?;
     let phrases = memory.phrases(&args.config);
     let seen = look((&args.cameras, &mut tools.detectors), &shots, &phrases)?;
     let heard = memory.heard(moment.frame.header().into());

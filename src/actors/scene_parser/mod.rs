@@ -5,7 +5,9 @@
 
 mod beside;
 mod frames;
+mod frozen;
 mod inline;
+mod missing;
 mod thread;
 
 use std::sync::Arc;
@@ -14,7 +16,7 @@ use std::time::Duration;
 use frames::{Cameras, Shot};
 
 use super::robot_states::RobotStates;
-use super::{ActorError, Checkpoint, Fatal, Monitor};
+use super::{ActorError, Checkpoint, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
 use crate::hardware::DisturbDetections;
 use crate::messages::{Dispatch, Event, GoalUpdate, RobotState, Status};
@@ -28,9 +30,7 @@ use crate::transport::convert::{
     WireContext, WireError, dispatch_from_wire, event_from_wire, goal_from_wire, scene_to_wire,
     status_from_wire,
 };
-use crate::transport::topics::{
-    CameraTopics, DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATUS, SCENE,
-};
+use crate::transport::topics::{DISPATCH, EVENT, GOAL, RELIABLE_DEPTH, ROBOT_STATUS, SCENE};
 use crate::transport::wire::{
     DeviceHeader, DispatchRecord, FrameHeader, SceneRecord, StatusRecord, StreamHeader, TaskHeader,
     WireHeader,
@@ -168,43 +168,6 @@ pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
     }
 }
 
-/// Nothing usable came in time: the camera or the detector is missing, or says what cannot be
-/// used.
-fn nothing_usable(
-    args: &SceneParserArgs,
-    awaited: &CameraTopics,
-    rejection: Option<Rejection>,
-) -> Fatal {
-    let seconds = args.wait.as_secs_f64();
-    match rejection {
-        Some(Rejection { reason, is_missing: true }) => Fatal::Missing {
-            what: format!(
-                "an answer of the detector {} for {seconds} s (camera.wait_s)",
-                args.detector_name
-            ),
-            how: reason,
-        },
-        Some(Rejection { reason, is_missing: false }) => {
-            Fatal::BadInput { message: format!("no usable frame for {seconds} s: {reason}") }
-        }
-        None => no_frame(args, awaited),
-    }
-}
-
-/// A camera shows nothing.
-fn no_frame(args: &SceneParserArgs, topics: &CameraTopics) -> Fatal {
-    let (seconds, topic) = (args.wait.as_secs_f64(), topics.rgb.name);
-    let flag = topics.camera.strip_prefix("camera/").map(|name| format!(" --camera {name}"));
-    Fatal::Missing {
-        what: format!("a frame on {topic} for {seconds} s (camera.wait_s)"),
-        how: format!(
-            "start a camera, such as `groundloop camera images DIR --fps 5 --run {}{}`",
-            args.bus.run(),
-            flag.unwrap_or_default()
-        ),
-    }
-}
-
 /// What belongs to a frame besides what the camera shows.
 #[derive(Debug, Clone)]
 struct Heard {
@@ -327,12 +290,6 @@ impl SceneParserMemory {
 impl SceneParserArgs {
     fn clock(&self) -> ClockKind {
         if self.skew.is_some() { ClockKind::Realtime } else { ClockKind::Lockstep }
-    }
-
-    /// Counts a frame that came to nothing, and says why.
-    fn reject(&self, rejection: &Rejection) {
-        self.monitor.rejected(NAME, &rejection.reason);
-        tracing::warn!(reason = rejection.reason, "frame rejected");
     }
 }
 
