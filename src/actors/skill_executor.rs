@@ -112,10 +112,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let mut last_look = Instant::now();
     let mut early: Option<PlanMessage> = None;
     loop {
-        let look = std::mem::replace(&mut last_look, Instant::now());
-        if was_stopped(look.elapsed(), args.robot_wait).is_some() {
-            memory.robot_heard_ns = monotonic_ns(); // nothing could be heard meanwhile
-        }
+        memory.forgive_stop(std::mem::replace(&mut last_look, Instant::now()), &args);
         let read = |m: Received<_, _>| plan_from_wire(m.header(), m.records(), &args.context);
         let read_scene =
             |m: Received<_, _>| scene_from_wire(m.header(), m.records(), &args.context);
@@ -243,6 +240,13 @@ impl SkillExecutorMemory {
             self.event(args, ports, cause, Event::Look { reason })?;
         }
         Ok(())
+    }
+
+    /// While this process stood still, no robot could be heard.
+    fn forgive_stop(&mut self, last_look: Instant, args: &SkillExecutorArgs) {
+        if was_stopped(last_look.elapsed(), args.robot_wait).is_some() {
+            self.robot_heard_ns = monotonic_ns();
+        }
     }
 
     fn hear_robot(&mut self, state: RobotState) {

@@ -1,12 +1,14 @@
-//! `groundloop exemplar`: labelled examples of a simulated camera, and checks of any.
+//! `groundloop exemplar`: labelled examples of any camera, and checks of them.
 
 use std::path::PathBuf;
 
-use super::{Failure, exemplar_check, out};
+use super::{Failure, exemplar_capture, exemplar_check, out};
 use crate::run::{RunConfig, load_run};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
+    /// Take a picture of your own camera and propose its labels: boxes and facts to correct
+    Capture(exemplar_capture::Args),
     /// Try labelled examples on themselves: what is not found, named or read there as labelled
     Check(exemplar_check::Args),
     /// Render every scene of the domain's `scenes/exemplar/`, and label it by what is really there.
@@ -30,6 +32,7 @@ pub(super) struct Args {
 
 pub(super) fn run(verb: &Verb) -> Result<u8, Failure> {
     match verb {
+        Verb::Capture(args) => exemplar_capture::run(args),
         Verb::Check(args) => exemplar_check::run(args),
         Verb::Render(args) => render(args),
     }

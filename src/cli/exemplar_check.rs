@@ -3,16 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use image::RgbImage;
+
 use super::goal::choice;
 use super::reports::{CheckedCamera, ExemplarCheckReport, ExemplarFindingReport};
 use super::{Failure, exit, out};
+use crate::files::Folder;
+use crate::perception::model::{Exemplar, UndecidedFact};
 use crate::perception::self_check::{ExemplarFinding, FindingKind, Label};
-use crate::run::{CameraCheck, DomainFolder, ExemplarFiles, StillImageParts, load_run};
+use crate::run::{
+    CameraCheck, ConfigError, DomainFolder, ExemplarFiles, StillImageParts, load_run,
+};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A run file, or the name of a shipped one: the examples of all its cameras.
-    #[arg(required_unless_present = "domain", conflicts_with = "domain")]
+    /// A run file, or the name of a shipped one: the examples of all its cameras. Or a folder of examples.
+    #[arg(required_unless_present = "domain")]
     config: Option<PathBuf>,
     /// Overrides a key of the run file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
@@ -20,8 +26,9 @@ pub(super) struct Args {
     /// What `$data` stands for in the run file.
     #[arg(long, value_name = "DIR", requires = "config")]
     data: Option<PathBuf>,
-    /// Without a run file: a domain folder, or the name of a shipped domain.
-    #[arg(long, requires_all = ["exemplar_image", "exemplar_boxes", "exemplar_state"])]
+    /// Without a run file: a domain folder, or the name of a shipped domain. A folder of examples names its
+    /// own, where that is found by its name.
+    #[arg(long)]
     domain: Option<PathBuf>,
     /// The labelled example's image.
     #[arg(long, value_name = "FILE", requires = "domain")]
@@ -33,13 +40,13 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE", requires = "domain")]
     exemplar_state: Option<PathBuf>,
     /// Without a run file: which detector finds the objects.
-    #[arg(long, value_name = "NAME", default_value = "colour", conflicts_with = "config")]
+    #[arg(long, value_name = "NAME", default_value = "colour")]
     detector: String,
     /// The detector's own options: a TOML file with what `[perception.options]` of a run file has.
-    #[arg(long, value_name = "FILE", conflicts_with = "config")]
+    #[arg(long, value_name = "FILE")]
     detector_options: Option<PathBuf>,
     /// Without a run file: which grounder judges the facts.
-    #[arg(long, value_name = "NAME", default_value = "s2s-joint", conflicts_with = "config")]
+    #[arg(long, value_name = "NAME", default_value = "s2s-joint")]
     grounder: String,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
@@ -49,8 +56,14 @@ pub(super) struct Args {
 /// Carries the verb out.
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let cameras = match (&args.config, &args.domain) {
-        (Some(config), _) => load_run(config, &args.sets)?.check_examples(args.data.as_deref())?,
+        (Some(folder), domain) if folder.is_dir() => vec![drafts(args, folder, domain.as_deref())?],
+        (Some(config), None) => {
+            load_run(config, &args.sets)?.check_examples(args.data.as_deref())?
+        }
         (None, Some(domain)) => vec![loose(args, domain)?],
+        (Some(_), Some(_)) => {
+            return Err(Failure::bad_input("--domain: a run file names its own domain"));
+        }
         (None, None) => return Err(Failure::bad_input("expected a run file, or --domain")),
     };
     let is_right = cameras.iter().all(|camera| camera.findings.is_empty());
@@ -73,9 +86,69 @@ fn loose(args: &Args, domain: &Path) -> Result<CameraCheck, Failure> {
     };
     let folder = Arc::new(DomainFolder::given(domain)?);
     let example = ExemplarFiles::on_disk(image, boxes, state).read(&folder)?;
+    tried(args, folder, vec![example])
+}
+
+/// The examples of a folder, which may be proposals that a person has not finished.
+fn drafts(args: &Args, folder: &Path, domain: Option<&Path>) -> Result<CameraCheck, Failure> {
+    let files = ExemplarFiles::in_folder(folder)?;
+    let domain = match domain {
+        Some(domain) => DomainFolder::given(domain)?,
+        None => named_domain(&files, folder)?,
+    };
+    let (mut examples, mut undecided) = (Vec::new(), Vec::new());
+    for files in &files {
+        let (picture, exemplar, open) = files.read_draft(&domain)?;
+        if exemplar.objects.is_empty() {
+            let how = "no object is labelled yet: write each as \"red_block\": [x1, y1, x2, y2] in pixels, \
+                       and its name and type into :objects of";
+            return Err(Failure::bad_input(format!("{}: {how} {}", files.boxes, files.state)));
+        }
+        undecided.extend(open.into_iter().map(|UndecidedFact { line, fact }| ExemplarFinding {
+            exemplar: Some(files.state.to_string()),
+            kind: FindingKind::Undecided { line, fact },
+        }));
+        examples.push((picture, exemplar));
+    }
+    let mut check = tried(args, Arc::new(domain), examples)?;
+    // What is read of them is no finding: it is what they were proposed from.
+    check.findings.retain(|finding| !is_undecided(finding, &undecided));
+    undecided.append(&mut check.findings);
+    check.findings = undecided;
+    Ok(check)
+}
+
+/// Whether a finding is about a fact that is open anyway.
+fn is_undecided(finding: &ExemplarFinding, undecided: &[ExemplarFinding]) -> bool {
+    let FindingKind::OtherFact { atom, .. } = &finding.kind else { return false };
+    let text = atom.to_string();
+    let is_it =
+        |kind: &FindingKind| matches!(kind, FindingKind::Undecided { fact, .. } if *fact == text);
+    undecided.iter().any(|open| is_it(&open.kind))
+}
+
+/// The domain that the states of a folder name.
+fn named_domain(files: &[ExemplarFiles], folder: &Path) -> Result<DomainFolder, Failure> {
+    let first = files.first().ok_or_else(|| Failure::bad_input("no labelled example"))?;
+    let text = first.state.text().map_err(ConfigError::from)?;
+    let name = text.split_once("(:domain").and_then(|(_, rest)| rest.split_once(')'));
+    let name = name.map_or("", |(name, _)| name.trim());
+    DomainFolder::find(name, &Folder::Disk(folder.to_owned())).map_err(|error| {
+        let failure = Failure::from(error);
+        let message =
+            format!("{}: {}; say where it is: --domain DIR", first.state, failure.message);
+        Failure { message, ..failure }
+    })
+}
+
+fn tried(
+    args: &Args,
+    folder: Arc<DomainFolder>,
+    examples: Vec<(RgbImage, Exemplar)>,
+) -> Result<CameraCheck, Failure> {
     let parts = StillImageParts {
         folder,
-        examples: Arc::new(vec![example]),
+        examples: Arc::new(examples),
         detector: choice("--detector", &args.detector, args.detector_options.as_deref())?,
         grounder: choice("--grounder", &args.grounder, None)?,
         region: None,
@@ -132,6 +205,7 @@ fn report(finding: &ExemplarFinding) -> ExemplarFindingReport {
         FindingKind::OtherColour { object, .. } => report.object = Some(object.to_string()),
         FindingKind::Unlabelled { found, .. } => report.found_box = Some((*found).into()),
         FindingKind::OtherFact { atom, .. } => report.fact = Some(atom.to_string()),
+        FindingKind::Undecided { fact, .. } => report.fact = Some(fact.clone()),
         FindingKind::Untaught { predicate, .. } => report.predicate = Some(predicate.to_string()),
     }
     report

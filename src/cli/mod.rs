@@ -7,6 +7,7 @@ mod config;
 mod dataset;
 mod domain;
 mod eval;
+mod exemplar_capture;
 mod exemplar_check;
 mod exemplar;
 mod goal;

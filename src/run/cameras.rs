@@ -58,7 +58,8 @@ const UNUSED: &str = "none";
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExemplarConfig {
-    /// A folder below the domain's `exemplar/`; all examples in it are pooled.
+    /// A folder below the domain's `exemplar/`, or a path that begins with `/`, `./` or `../`; all examples
+    /// in it are pooled.
     pub folder: Option<String>,
     /// One image instead. `$data` stands for `--data`, `{n}` for `number`.
     pub image: Option<String>,

@@ -12,7 +12,9 @@ use crate::parts::{PartChoice, PartContext};
 use crate::pddl::SourceText;
 use crate::perception::detectors::{DETECTORS, Detector, DetectorInputs, Watchful};
 use crate::perception::grounders::{GROUNDERS, Grounder, GrounderInputs};
-use crate::perception::model::{Exemplar, ExemplarText, Exemplars, OtherRatio};
+use crate::perception::model::{
+    Exemplar, ExemplarText, Exemplars, OtherRatio, UndecidedFact, undecided_facts,
+};
 use crate::perception::{ImageRegion, ImageView};
 
 /// Endings of image files, in the order in which they are looked for.
@@ -60,6 +62,24 @@ impl ExemplarFiles {
     /// # Errors
     /// [`ConfigError`] naming file and field.
     pub fn read(&self, folder: &DomainFolder) -> Result<(RgbImage, Exemplar), ConfigError> {
+        let (picture, text) = self.texts()?;
+        Ok((picture, Exemplar::parse(&text, &folder.domain)?))
+    }
+
+    /// Reads an example that is being labelled, with the facts that are not decided.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming file and field.
+    pub fn read_draft(
+        &self,
+        folder: &DomainFolder,
+    ) -> Result<(RgbImage, Exemplar, Vec<UndecidedFact>), ConfigError> {
+        let (picture, text) = self.texts()?;
+        let undecided = undecided_facts(&text.state.text);
+        Ok((picture, Exemplar::parse_draft(&text, &folder.domain)?, undecided))
+    }
+
+    fn texts(&self) -> Result<(RgbImage, ExemplarText), ConfigError> {
         let picture = image_of(&self.image)?;
         let source = |file: &FileRef| -> Result<SourceText, ConfigError> {
             Ok(SourceText { name: file.to_string(), text: file.text()? })
@@ -75,8 +95,7 @@ impl ExemplarFiles {
             masks: beside("masks.json")?,
             image_size: [picture.width(), picture.height()],
         };
-        let exemplar = Exemplar::parse(&text, &folder.domain)?;
-        Ok((picture, exemplar))
+        Ok((picture, text))
     }
 }
 
@@ -116,9 +135,11 @@ impl ExemplarConfig {
         data: Option<&Path>,
     ) -> Result<Vec<ExemplarFiles>, ConfigError> {
         match (&self.folder, &self.image, &self.boxes, &self.state) {
-            (Some(name), None, None, None) => {
-                in_folder(&folder.files.below("exemplar").below(name))
-            }
+            (Some(name), None, None, None) => in_folder(&if is_path(name) {
+                Folder::Disk(PathBuf::from(name))
+            } else {
+                folder.files.below("exemplar").below(name)
+            }),
             (None, Some(image), Some(boxes), Some(state)) => Ok(vec![ExemplarFiles::on_disk(
                 &self.resolve(image, data)?,
                 &self.resolve(boxes, data)?,
@@ -138,6 +159,11 @@ impl ExemplarConfig {
     }
 }
 
+/// Whether the folder of examples is a path, and no name below the domain's `exemplar/`.
+fn is_path(name: &str) -> bool {
+    ["/", "./", "../"].iter().any(|start| name.starts_with(start))
+}
+
 /// A path in which `$data` may stand for the folder given with `--data`; `key` is where it is written.
 ///
 /// # Errors
@@ -153,7 +179,7 @@ pub(crate) fn in_data(key: &str, text: &str, data: Option<&Path>) -> Result<Path
 
 /// All examples of a folder, by name: `x.json` with `x.pddl` and `x.png` (or `.jpg`), and where they
 /// are known `x.masks.json` and `x.volumes.json`.
-fn in_folder(folder: &Folder) -> Result<Vec<ExemplarFiles>, ConfigError> {
+pub(super) fn in_folder(folder: &Folder) -> Result<Vec<ExemplarFiles>, ConfigError> {
     let fault = |path: String, reason: &str| ConfigError::File { path, reason: reason.to_owned() };
     let mut names = folder.names(".json")?;
     names.retain(|name| !BESIDE.iter().any(|ending| name.ends_with(ending)));

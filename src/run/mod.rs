@@ -10,6 +10,8 @@ mod schema;
 mod domain_folder;
 mod exemplars;
 mod scaled_examples;
+mod fitted_examples;
+mod proposal;
 mod self_check;
 mod still_image;
 mod planner;
@@ -35,6 +37,7 @@ pub(crate) use find::{find_sweep, given_domain};
 pub use hardware::HardwarePorts;
 pub use load::{Layered, load_run, read_pddl, read_text};
 pub(crate) use planner::{PlannerSetup, new_run_id};
+pub use proposal::ExemplarProposal;
 pub use run_file::{
     DetectorMode, GoalConfig, PerceptionConfig, RobotConfig, RunConfig, ServicesConfig,
 };

@@ -5,10 +5,10 @@
 use std::process::Stdio;
 
 use crate::common::external::{CONFIG, hardware, run, waypoint};
-use crate::common::{Killed, Process, SMALL_CAMERA, example, small, unique_run};
+use crate::common::{Killed, Process, SMALL_CAMERA, example, project, small, unique_run};
 use groundloop::actors::Monitor;
 use groundloop::messages::{Command, CommandKind, Event, Motion, StatusKind};
-use groundloop::run::HardwarePorts;
+use groundloop::run::{HardwarePorts, PreparedRun, load_run};
 use groundloop::transport::convert::{
     command_to_wire, device_header, robot_state_from_wire, status_from_wire,
 };
@@ -35,6 +35,19 @@ fn a_robot_in_another_process_reaches_the_goal() {
     let ended = Process::start(&["run", CONFIG, "--json"]).end();
     let one = ended.json();
     assert_eq!(two["decision_hash"], one["decision_hash"], "{two}\n{one}");
+}
+
+/// The run files to copy for real arms are whole: what is copied starts.
+#[test]
+fn run_files_for_real_arms_can_be_read() {
+    for name in ["real_arm_eye_to_hand", "real_arm_eye_in_hand"] {
+        let config = load_run(&project("configs").join(name).with_extension("toml"), &[]).unwrap();
+        assert_eq!(
+            (config.camera.kind.as_str(), config.robot.kind.as_str()),
+            ("external", "external")
+        );
+        PreparedRun::read(config, None).unwrap();
+    }
 }
 
 #[test]

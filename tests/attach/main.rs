@@ -6,6 +6,7 @@ mod common;
 mod cameras;
 #[cfg(feature = "sim")]
 mod examples;
+mod exemplar_capture;
 mod external_camera;
 #[cfg(feature = "sim")]
 mod external_robot;
@@ -13,5 +14,7 @@ mod foreign;
 mod holds;
 mod protocol;
 mod python_client;
+mod ros2_bridge;
+mod silence;
 mod topics;
 mod transport;

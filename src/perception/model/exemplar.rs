@@ -38,6 +38,28 @@ pub struct ExemplarText {
     pub masks: Option<SourceText>,
 }
 
+/// A line of a state file that a person has not decided on: `;? (on a b)`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UndecidedFact {
+    /// Its line, from 1.
+    pub line: usize,
+    /// What may hold.
+    pub fact: String,
+}
+
+/// What an undecided line begins with. To PDDL it is a comment.
+pub const UNDECIDED: &str = ";?";
+
+/// The facts of a state file that are not decided.
+pub fn undecided_facts(state: &str) -> Vec<UndecidedFact> {
+    let lines = state.lines().zip(1..);
+    let undecided = lines.filter_map(|(text, line)| {
+        let fact = text.trim().strip_prefix(UNDECIDED)?.trim().to_owned();
+        Some(UndecidedFact { line, fact })
+    });
+    undecided.collect()
+}
+
 /// One or more labelled examples of one camera set-up, pooled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exemplars {
@@ -61,6 +83,17 @@ pub enum ExemplarError {
     /// The state file is not a problem of the domain.
     #[error("{0}")]
     State(#[from] PddlError),
+    /// The state has facts that nobody has decided on: absent they would count as false.
+    #[error("{file}:{}: undecided: {}{}; where a fact holds take \";?\" away, where not delete the line",
+            .first.line, .first.fact, more(*.n))]
+    Undecided {
+        /// The state file.
+        file: String,
+        /// The first such fact.
+        first: UndecidedFact,
+        /// How many there are.
+        n: usize,
+    },
     /// There is no example.
     #[error("expected at least one labelled example, got none")]
     Empty,
@@ -75,6 +108,10 @@ pub enum ExemplarError {
         /// Width and height of this one.
         got: [u32; 2],
     },
+}
+
+fn more(n: usize) -> String {
+    if n > 1 { format!(", and {} more", n - 1) } else { String::new() }
 }
 
 /// The entries of a file that says something of each object by its name.
@@ -95,6 +132,19 @@ impl Exemplar {
     /// [`ExemplarError`] naming the file and the object whose box is empty, not finite, outside
     /// the image, there twice, or not an object of the state.
     pub fn parse(text: &ExemplarText, domain: &Domain) -> Result<Self, ExemplarError> {
+        let undecided = undecided_facts(&text.state.text);
+        if let Some(first) = undecided.first() {
+            let (file, first, n) = (text.state.name.clone(), first.clone(), undecided.len());
+            return Err(ExemplarError::Undecided { file, first, n });
+        }
+        Self::parse_draft(text, domain)
+    }
+
+    /// Reads one of which some facts may be undecided; they count as false.
+    ///
+    /// # Errors
+    /// As [`Exemplar::parse`], but for [`ExemplarError::Undecided`].
+    pub fn parse_draft(text: &ExemplarText, domain: &Domain) -> Result<Self, ExemplarError> {
         let state = parse_problem(&text.state, domain)?.value;
         let mut boxes = Vec::new();
         for (object, value) in entries(&text.boxes)? {
@@ -263,6 +313,17 @@ mod tests {
         check(r#"{"a": [1, 2, 3, 4]} x"#, "trailing");
         check("[]", "an object whose keys are names");
         check("", "boxes.json: EOF");
+    }
+
+    #[test]
+    fn undecided_facts_are_told_with_their_lines() {
+        let undecided = undecided_facts("(:init (on a b)\n  ;? (on b c)\n; ?\n;?(on c a)\n)");
+        let told: Vec<_> = undecided.iter().map(|u| (u.line, u.fact.as_str())).collect();
+        assert_eq!(told, [(2, "(on b c)"), (4, "(on c a)")]);
+        let (file, n) = ("s.pddl".to_owned(), 2);
+        let error = ExemplarError::Undecided { file, first: undecided[0].clone(), n };
+        let expected = "s.pddl:2: undecided: (on b c), and 1 more; where a fact holds";
+        assert!(error.to_string().starts_with(expected), "{error}");
     }
 
     #[test]

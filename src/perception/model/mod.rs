@@ -15,7 +15,9 @@ pub use appearance::{Appearance, DepthRule, Naming, Order, Shape, Srgb, TypeSpec
 pub use constraints::Constraints;
 pub use entries::json_entries;
 pub use error::PerceptionError;
-pub use exemplar::{Exemplar, ExemplarError, ExemplarText, Exemplars};
+pub use exemplar::{
+    Exemplar, ExemplarError, ExemplarText, Exemplars, UNDECIDED, UndecidedFact, undecided_facts,
+};
 pub use features::{FEATURE_LENGTH_MAX, FEATURES, Feature, FeatureVector, Needs, feature_by_name};
 pub use object_box::ObjectBox;
 pub use perception::{Implied, ObservedSpec, Perception, Proprioceptive, When};

@@ -79,6 +79,13 @@ pub enum FindingKind {
         /// From whose boxes.
         boxes: BoxOrigin,
     },
+    /// A fact that the labels leave open.
+    Undecided {
+        /// The line of the state file.
+        line: usize,
+        /// The fact, as it stands there.
+        fact: String,
+    },
     /// No example shows a predicate to hold, or none shows it not to hold.
     Untaught {
         /// The predicate.
@@ -142,8 +149,15 @@ pub enum NotFoundReason {
 
 impl FindingKind {
     /// The words for the kinds, as in JSON.
-    pub const WORDS: [&'static str; 6] =
-        ["not_found", "other_box", "other_colour", "unlabelled", "other_fact", "untaught"];
+    pub const WORDS: [&'static str; 7] = [
+        "not_found",
+        "other_box",
+        "other_colour",
+        "unlabelled",
+        "other_fact",
+        "untaught",
+        "undecided",
+    ];
 
     /// Its word.
     pub fn word(&self) -> &'static str {
@@ -154,6 +168,7 @@ impl FindingKind {
             Self::Unlabelled { .. } => 3,
             Self::OtherFact { .. } => 4,
             Self::Untaught { .. } => 5,
+            Self::Undecided { .. } => 6,
         };
         Self::WORDS[at]
     }
@@ -169,6 +184,7 @@ impl FindingKind {
             | Self::OtherColour { .. }
             | Self::Unlabelled { .. }
             | Self::OtherFact { .. }
+            | Self::Undecided { .. }
             | Self::Untaught { .. } => true,
         }
     }
@@ -219,6 +235,11 @@ impl Display for FindingKind {
             Self::OtherFact { atom, is_labelled, read, boxes } => {
                 fact(f, (atom, *is_labelled), *read, *boxes)
             }
+            Self::Undecided { line, fact } => write!(
+                f,
+                "line {line} of the state: {fact} is undecided: where it holds take \";?\" away, where not \
+                 delete the line"
+            ),
             Self::Untaught { predicate, holds, unknown_where_touching } => {
                 let not = if *holds { "" } else { " not" };
                 let then = if *unknown_where_touching {
