@@ -3,6 +3,7 @@
 mod table;
 mod out;
 mod camera;
+mod camera_flags;
 mod config;
 mod dataset;
 mod domain;

@@ -60,6 +60,22 @@ pub enum CameraError {
         /// Why.
         reason: String,
     },
+    /// A program that gives pictures has failed.
+    #[error("the program {name}: {reason}")]
+    Program {
+        /// The program.
+        name: String,
+        /// Why, and what it said last.
+        reason: String,
+    },
+    /// A recording cannot be played.
+    #[error("{path}: {reason}")]
+    Recording {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
     /// A simulated camera cannot render.
     #[error("the simulated camera cannot render: {reason}")]
     Render {

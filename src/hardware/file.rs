@@ -14,6 +14,9 @@ pub enum ImageFileError {
     /// It is not an image.
     #[error(transparent)]
     Decode(#[from] image::ImageError),
+    /// It is not an image of 16 bits a pixel.
+    #[error("expected a grey image of 16 bits a pixel, which are millimetres")]
+    NoDepth {},
     /// It is a part of an image.
     #[error("the file ends before the image does")]
     Cut {},
@@ -38,6 +41,19 @@ pub fn decode_rgb(bytes: &[u8]) -> Result<RgbImage, ImageFileError> {
         return Err(ImageFileError::Cut {});
     }
     Ok(image::load_from_memory_with_format(bytes, format)?.into_rgb8())
+}
+
+/// Columns and rows of a PNG of millimetres, and its distances in metres, row by row; 0 is none.
+///
+/// # Errors
+/// [`ImageFileError`] when it is no image, or none of 16 bits a pixel.
+pub fn decode_depth_mm(bytes: &[u8]) -> Result<([u32; 2], Vec<f32>), ImageFileError> {
+    const MM_PER_M: f32 = 1000.0;
+    let image::DynamicImage::ImageLuma16(image) = image::load_from_memory(bytes)? else {
+        return Err(ImageFileError::NoDepth {});
+    };
+    let depth_m = image.iter().map(|mm| f32::from(*mm) / MM_PER_M).collect();
+    Ok(([image.width(), image.height()], depth_m))
 }
 
 /// Whether an end marker follows the pixels. Segments before the pixels are skipped by their

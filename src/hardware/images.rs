@@ -9,9 +9,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use tokio::time::{Interval, MissedTickBehavior};
 
+use super::calibration::{Known, Viewpoint};
 use super::file::read_rgb;
 use super::{Camera, CameraError, CameraPort, NextFrame, OpenCamera};
 use crate::clock::monotonic_ns;
+use crate::geometry::CameraModel;
 use crate::messages::Frame;
 use crate::parts::{Part, PartContext, PartError, options_of};
 
@@ -22,7 +24,6 @@ pub struct ImageCamera {
     repeat: u64,
     ticks: Interval,
     sequence: u64,
-    frames_max: Option<u64>,
 }
 
 /// `[camera.options]` of the kind "images".
@@ -34,6 +35,13 @@ struct Options {
     /// Frames that each image is shown for.
     #[schemars(range(min = 1))]
     repeat: u64,
+    /// A calibration: `camera_info` of ROS, or OpenCV's `FileStorage`, in YAML.
+    intrinsics: Option<String>,
+    /// Focal lengths and principal point fx, fy, cx, cy at the size of the frames, instead of a calibration.
+    intrinsics_px: Option<[f64; 4]>,
+    /// Where the camera stands in the world: x, y, z in metres, and the quaternion x, y, z, w that turns
+    /// camera axes (x right, y down, z forward) to world axes.
+    pose: Option<[f64; 7]>,
 }
 
 /// The entry of the table of cameras.
@@ -45,14 +53,17 @@ pub(super) const CAMERA: Part<CameraPort> = Part {
 };
 
 fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartError> {
-    let Options { path, repeat } = context.options()?;
+    let Options { path, repeat, intrinsics, intrinsics_px, pose } = context.options()?;
     let (path, rate_hz) = (context.path(&path), context.inputs.rate_hz);
     let fault = |reason: String| PartError::Inputs { reason };
     let images = find_images(&path).map_err(|e| fault(e.to_string()))?;
     let first = images.first().map(|first| read(first).map_err(|e| fault(e.to_string())));
     let image_size = first.transpose()?.map(|image| [image.width(), image.height()]);
+    let known = Known { intrinsics: intrinsics.as_deref(), intrinsics_px, pose };
+    let viewpoint = Viewpoint::read(context, known)?;
+    let model = image_size.map(|size| viewpoint.model(size)).transpose()?.flatten();
     let open: OpenCamera =
-        Arc::new(move || Ok(Box::new(ImageCamera::open(&path, rate_hz, repeat, None)?)));
+        Arc::new(move || Ok(Box::new(ImageCamera::open(&path, rate_hz, repeat, model)?)));
     Ok(Box::new(CameraPort { open: Some(open), image_size, ..CameraPort::default() }))
 }
 
@@ -90,7 +101,7 @@ fn read(path: &Path) -> Result<RgbImage, CameraError> {
 
 impl ImageCamera {
     /// A camera that shows the images at `path` (see [`find_images`]) at `rate_hz`, each for
-    /// `repeat` frames, and stops after `frames_max` frames.
+    /// `repeat` frames; `model` is where they were taken from, where that is known.
     ///
     /// # Errors
     /// [`CameraError::Image`] naming the file that is not an image.
@@ -98,19 +109,19 @@ impl ImageCamera {
         path: &Path,
         rate_hz: f64,
         repeat: u64,
-        frames_max: Option<u64>,
+        model: Option<CameraModel>,
     ) -> Result<Self, CameraError> {
         let images = find_images(path)?;
-        let frames = images.iter().map(|path| read(path).map(still));
+        let frames = images.iter().map(|path| read(path).map(|image| still(image, model)));
         let frames = frames.collect::<Result<_, CameraError>>()?;
         let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-        Ok(Self { frames, repeat: repeat.max(1), ticks, sequence: 0, frames_max })
+        Ok(Self { frames, repeat: repeat.max(1), ticks, sequence: 0 })
     }
 }
 
 /// An image as a frame.
-fn still(image: RgbImage) -> Frame {
+fn still(image: RgbImage, model: Option<CameraModel>) -> Frame {
     Frame {
         sequence: 0,
         capture_ns: 0,
@@ -118,16 +129,13 @@ fn still(image: RgbImage) -> Frame {
         height: image.height(),
         rgb: image.into_raw(),
         depth_m: None,
-        model: None,
+        model,
     }
 }
 
 impl Camera for ImageCamera {
     fn next(&mut self) -> NextFrame<'_> {
         Box::pin(async {
-            if self.frames_max.is_some_and(|max| self.sequence >= max) {
-                return Ok(None);
-            }
             self.ticks.tick().await;
             let sequence = self.sequence;
             self.sequence += 1;

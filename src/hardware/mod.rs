@@ -1,9 +1,13 @@
 //! Hardware: cameras and robots, and the simulated world that plays both.
 
 pub mod file;
+pub mod encodings;
+pub mod calibration;
 pub mod images;
 mod history;
 mod camera;
+mod pipe;
+mod recording;
 mod robot;
 mod sequencer;
 mod setup;
@@ -31,7 +35,7 @@ use crate::parts::Registry;
 
 /// Every camera by its `kind` in run files, in alphabetical order.
 pub static CAMERAS: Registry<CameraPort> =
-    Registry(&[external::CAMERA, images::CAMERA, sim::CAMERA]);
+    Registry(&[external::CAMERA, images::CAMERA, recording::CAMERA, pipe::CAMERA, sim::CAMERA]);
 
 /// Every robot by its `kind` in run files, in alphabetical order.
 pub static ROBOTS: Registry<RobotPort> = Registry(&[external::ROBOT, none::ROBOT, sim::ROBOT]);

@@ -119,7 +119,7 @@ fn a_camera_without_a_pose_is_refused_by_its_name() {
     let image = "domains/blocksworld/exemplar/sim_320x240/a_tower_and_singles.png";
     let args = ["camera", "images", image, "--fps", "20", "--run", &name, "--camera", "back"];
     let mut camera = crate::common::Process::start(&args);
-    camera.wait_for_line("publishing 1 images");
+    camera.wait_for_line("publishing images as camera back");
     let sets = ["perception.exemplar.folder=sim_320x240", SMALL_BACK, "clock=realtime"];
     let (run, _folder) = external::run(&name, &[&sets[..], &["camera.wait_s=1"]].concat());
     let ended = run.end();

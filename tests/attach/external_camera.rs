@@ -20,7 +20,7 @@ const IMAGE: &str = "domains/blocksworld/exemplar/sim_640x480/a_tower_and_single
 /// A camera process that shows one image.
 fn camera(image: &str, run: &str) -> Process {
     let mut camera = Process::start(&["camera", "images", image, "--fps", "20", "--run", run]);
-    camera.wait_for_line("publishing 1 images at 20 Hz");
+    camera.wait_for_line("publishing images as camera main");
     camera
 }
 

@@ -427,7 +427,7 @@ const PICTURE: &str = "domains/blocksworld/exemplar/sim_640x480/a_tower_and_sing
 fn run_with(service: &str, wait_s: &str, name: &str) -> (Process, Process) {
     let image = format!("{PICTURE}.png");
     let mut camera = Process::start(&["camera", "images", &image, "--fps", "20", "--run", name]);
-    camera.wait_for_line("publishing 1 images at 20 Hz");
+    camera.wait_for_line("publishing images as camera main");
     let patience = "retry={attempts_max=1}";
     let options =
         format!("perception.options={{dialect=\"hugging_face\", url=\"{service}\", {patience}}}");

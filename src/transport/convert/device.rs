@@ -20,7 +20,7 @@ const ENCODING_RGB8: u32 = 0;
 /// `FrameHeader::encoding` of little-endian f32 metres.
 const ENCODING_DEPTH_F32: u32 = 1;
 /// Largest width and height of a frame, in pixels.
-pub(crate) const FRAME_SIDE_MAX: u32 = 8192;
+pub const FRAME_SIDE_MAX: u32 = 8192;
 
 /// A checked RGB frame, still in shared memory.
 #[derive(Debug, Clone, Copy)]

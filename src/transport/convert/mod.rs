@@ -18,9 +18,9 @@ use thiserror::Error;
 
 pub use context::WireContext;
 pub use device::{
-    RgbFrame, RgbView, command_from_wire, command_to_wire, depth_from_wire, depth_to_bytes,
-    device_header, frame_from_wire, frame_header, robot_state_from_wire, robot_state_to_wire,
-    status_from_wire, status_to_wire,
+    FRAME_SIDE_MAX, RgbFrame, RgbView, command_from_wire, command_to_wire, depth_from_wire,
+    depth_to_bytes, device_header, frame_from_wire, frame_header, robot_state_from_wire,
+    robot_state_to_wire, status_from_wire, status_to_wire,
 };
 pub use dispatch::{dispatch_from_wire, dispatch_to_wire};
 pub use loop_state::{

@@ -44,6 +44,7 @@ const OWNERS: &[(&str, &str, &[&str])] = &[
 const PURE: &[&str] = &[
     "executive",
     "geometry",
+    "hardware/encodings",
     "logic",
     "messages",
     "pddl",

@@ -35,11 +35,17 @@ use nalgebra::{Isometry3, Point3, Vector3};
 const NOWHERE: &str = "url = 'http://127.0.0.1:9'";
 const IMPATIENT: &str = "retry = { attempts_max = 1, connect_ms = 100, total_ms = 200 }";
 
-/// The least that makes a part, in a folder with `boxes.json`, `image.png` and the program
+/// What of a recording is played, again and again, and how raw bytes are read.
+const RECORDED: &str = "topic = '/camera/image_raw'\nrate_hz = 100.0\nagain = true";
+const RAW: &str = "size = [4, 2]\nencoding = 'rgb8'";
+
+/// The least that makes a part, in a folder with `boxes.json`, `image.png`, `recording.mcap` and the program
 /// `driver`; `None` where this build or machine may lack what the part needs.
 fn minimal(role: &str, name: &str) -> Option<String> {
     match (role, name) {
         ("camera", "images") => Some("path = 'image.png'".to_owned()),
+        ("camera", "mcap") => Some(format!("path = 'recording.mcap'\n{RECORDED}")),
+        ("camera", "pipe") => Some(format!("command = ['yes']\n{RAW}")),
         ("camera", "external" | "sim")
         | ("robot", "external" | "none" | "sim")
         | ("grounder", "s2s" | "s2s-joint")
@@ -64,6 +70,8 @@ fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("boxes.json"), "{}").unwrap();
     image::RgbImage::new(640, 480).save(folder.path().join("image.png")).unwrap();
+    let recording = project("tests/attach/recordings/ros2.mcap");
+    std::fs::copy(recording, folder.path().join("recording.mcap")).unwrap();
     let driver = folder.path().join("driver");
     std::fs::write(&driver, "#!/bin/sh\nexit 12\n").unwrap();
     std::fs::set_permissions(&driver, std::fs::Permissions::from_mode(0o755)).unwrap();
