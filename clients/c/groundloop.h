@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 /* Version of every layout in this file; a reader rejects other versions. */
-#define GROUNDLOOP_SCHEMA 3u
+#define GROUNDLOOP_SCHEMA 4u
 /* Longest name in bytes (objects, predicates, actions). */
 #define GROUNDLOOP_NAME_BYTES_MAX 48u
 /* Most arguments of one fact or step. */
@@ -446,7 +446,7 @@ GROUNDLOOP_ASSERT(offsetof(groundloop_decision_record, kind) == 16, "decision_re
 GROUNDLOOP_ASSERT(offsetof(groundloop_decision_record, is_last) == 20, "decision_record.is_last");
 
 /* How one actor fares. */
-#define GROUNDLOOP_HEALTH_RECORD_TYPE_NAME "groundloop.HealthRecord.v1"
+#define GROUNDLOOP_HEALTH_RECORD_TYPE_NAME "groundloop.HealthRecord.v2"
 typedef struct groundloop_health_record {
     /* Its name. */
     groundloop_name_text actor;
@@ -460,17 +460,35 @@ typedef struct groundloop_health_record {
     uint64_t n_missed;
     /* Frames that could not be used. */
     uint64_t n_rejected;
+    /* Of them: not laid out as they should be. */
+    uint64_t n_malformed;
+    /* Of them: of a size that cannot be scaled to that of the labelled examples. */
+    uint64_t n_other_size;
+    /* Of them: with a stamp that is 0 or stands still. */
+    uint64_t n_bad_stamp;
+    /* Of them: with a stamp in the future. */
+    uint64_t n_ahead;
+    /* Of them: captured before a frame that had come already. */
+    uint64_t n_late;
+    /* Of them: sent again. */
+    uint64_t n_repeated;
     /* Why the last of them could not. */
     uint8_t last_rejection[160];
 } groundloop_health_record;
-GROUNDLOOP_ASSERT(sizeof(groundloop_health_record) == 240, "size of health_record");
+GROUNDLOOP_ASSERT(sizeof(groundloop_health_record) == 288, "size of health_record");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, actor) == 0, "health_record.actor");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, is_alive) == 48, "health_record.is_alive");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_restarts) == 52, "health_record.n_restarts");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_messages) == 56, "health_record.n_messages");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_missed) == 64, "health_record.n_missed");
 GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_rejected) == 72, "health_record.n_rejected");
-GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, last_rejection) == 80, "health_record.last_rejection");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_malformed) == 80, "health_record.n_malformed");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_other_size) == 88, "health_record.n_other_size");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_bad_stamp) == 96, "health_record.n_bad_stamp");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_ahead) == 104, "health_record.n_ahead");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_late) == 112, "health_record.n_late");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, n_repeated) == 120, "health_record.n_repeated");
+GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, last_rejection) == 128, "health_record.last_rejection");
 
 /* camera/main/rgb: groundloop_frame_header, payload bytes: packed RGB8, row by row */
 /* camera/main/depth: groundloop_frame_header, payload bytes: little-endian f32 metres, row by row */

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::system_faults::{Handling, SystemFaults};
-use crate::messages::ActorHealth;
+use crate::messages::{ActorHealth, FrameFault};
 
 /// Counts what the actors of one run do. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -28,10 +28,13 @@ impl Monitor {
         self.faults.message(actor).await
     }
 
-    /// Counts a frame that could not be used.
-    pub fn rejected(&self, actor: &str, reason: &str) {
+    /// Counts a frame that could not be used; `fault` is what is wrong with the frame itself.
+    pub fn rejected(&self, actor: &str, fault: Option<FrameFault>, reason: &str) {
         self.change(actor, |health| {
             health.n_rejected += 1;
+            if let Some(fault) = fault {
+                health.faults.add(fault);
+            }
             reason.clone_into(&mut health.last_rejection);
         });
     }

@@ -60,7 +60,8 @@ fn read(
     message: &Received<DeviceHeader, RobotStateRecord>,
 ) -> Result<RobotState, String> {
     let DeviceHeader { sequence, capture_ns, .. } = *message.header();
-    let state = stamps.take(sequence, capture_ns, monotonic_ns()).and_then(|()| {
+    let stamp = stamps.take(sequence, capture_ns, monotonic_ns()).map_err(|e| e.to_string());
+    let state = stamp.and_then(|()| {
         robot_state_from_wire(message.header(), message.records()).map_err(|e| e.to_string())
     });
     *refused = state.as_ref().err().cloned();

@@ -212,8 +212,12 @@ impl Actors {
     fn refused(&self) -> impl Iterator<Item = String> {
         let refused = self.known.values().filter(|health| health.n_rejected > 0);
         refused.map(|health| {
-            let ActorHealth { actor, n_rejected, last_rejection, .. } = health;
-            format!("{actor}: {n_rejected} messages refused, the last: {last_rejection}")
+            let ActorHealth { actor, n_rejected, faults, last_rejection, .. } = health;
+            let kinds = match faults.to_string() {
+                none if none.is_empty() => none,
+                kinds => format!(" ({kinds})"),
+            };
+            format!("{actor}: {n_rejected} messages refused{kinds}, the last: {last_rejection}")
         })
     }
 }

@@ -6,7 +6,7 @@ use rustix::time::{ClockId, clock_gettime};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub use stamps::Stamps;
+pub use stamps::{StampFault, Stamps};
 
 /// Nanoseconds of the monotonic clock (the same in all processes of one machine).
 pub fn monotonic_ns() -> u64 {

@@ -1,6 +1,11 @@
 //! The stamps of a device, held against the clock of who reads them.
 
+use std::cmp::Ordering;
+
+use thiserror::Error;
+
 use super::ClockKind;
+use crate::messages::FrameFault;
 
 /// How far ahead of the reader's clock a stamp may be, nanoseconds: threads that read one clock at
 /// nearly one time.
@@ -23,35 +28,91 @@ impl Stamps {
         Self { clock, last: None }
     }
 
+    /// As [`Stamps::take`], but a message counts once, and none does behind a later one.
+    ///
+    /// # Errors
+    /// Why the stamp cannot be, or that it is no news.
+    pub fn take_once(
+        &mut self,
+        sequence: u64,
+        capture_ns: u64,
+        now_ns: u64,
+    ) -> Result<(), StampFault> {
+        let kind = match self.last {
+            Some([was, before]) if self.clock == ClockKind::Realtime => {
+                match [sequence.cmp(&was), capture_ns.cmp(&before)] {
+                    [Ordering::Equal, Ordering::Equal] => Some(FrameFault::Repeated),
+                    [Ordering::Less, Ordering::Less | Ordering::Equal] => Some(FrameFault::Late),
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        match kind {
+            Some(FrameFault::Repeated) => {
+                let reason = format!("message {sequence} has come already");
+                Err(StampFault::new(FrameFault::Repeated, reason))
+            }
+            Some(kind) => {
+                let reason = format!("message {sequence} comes behind a later one");
+                Err(StampFault::new(kind, reason))
+            }
+            None => self.take(sequence, capture_ns, now_ns),
+        }
+    }
+
     /// Takes the number and stamp of a message that came at `now_ns`.
     ///
     /// # Errors
     /// Why the stamp cannot be.
-    pub fn take(&mut self, sequence: u64, capture_ns: u64, now_ns: u64) -> Result<(), String> {
+    pub fn take(&mut self, sequence: u64, capture_ns: u64, now_ns: u64) -> Result<(), StampFault> {
         if self.clock == ClockKind::Lockstep {
             return Ok(());
         }
         let last = self.last;
         let remedy = "stamp with CLOCK_MONOTONIC of this machine";
         if capture_ns == 0 {
-            return Err(format!("capture_ns is 0: {remedy}"));
+            return Err(StampFault::new(
+                FrameFault::BadStamp,
+                format!("capture_ns is 0: {remedy}"),
+            ));
         }
         let ahead_ns = capture_ns.saturating_sub(now_ns);
         if ahead_ns > AHEAD_NS_MAX {
             let ahead_s = ahead_ns as f64 / 1e9;
-            return Err(format!("capture_ns is {ahead_s:.1} s in the future: {remedy}"));
+            let reason = format!("capture_ns is {ahead_s:.1} s in the future: {remedy}");
+            return Err(StampFault::new(FrameFault::Ahead, reason));
         }
         self.last = Some([sequence, capture_ns]);
         match last {
             Some([was, before]) if sequence > was && capture_ns <= before => {
                 let apart_ms = (before - capture_ns) as f64 / 1e6;
-                Err(format!(
+                let is_still = capture_ns == before;
+                let kind = if is_still { FrameFault::BadStamp } else { FrameFault::Late };
+                let reason = format!(
                     "capture_ns of message {sequence} is {apart_ms:.1} ms before that of {was}, it must \
                      grow: {remedy}"
-                ))
+                );
+                Err(StampFault::new(kind, reason))
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// A stamp cannot be, or it is that of a message that is not wanted any more.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{reason}")]
+pub struct StampFault {
+    /// What is wrong with it.
+    pub kind: FrameFault,
+    /// The same in words.
+    pub reason: String,
+}
+
+impl StampFault {
+    fn new(kind: FrameFault, reason: String) -> Self {
+        Self { kind, reason }
     }
 }
 
@@ -69,7 +130,7 @@ mod tests {
         for [sequence, stamp] in before {
             read.take(*sequence, *stamp, NOW).unwrap();
         }
-        let said = read.take(last[0], last[1], NOW).unwrap_err();
+        let said = read.take(last[0], last[1], NOW).unwrap_err().to_string();
         assert!(said.contains(expect), "{said}");
     }
 
@@ -89,5 +150,27 @@ mod tests {
             assert_eq!(read.take(sequence, stamp, NOW), Ok(()));
         }
         assert_eq!(Stamps::new(ClockKind::Lockstep).take(1, 0, NOW), Ok(()));
+    }
+
+    #[test]
+    fn each_kind_of_fault_is_told_apart() {
+        let mut read = Stamps::new(ClockKind::Realtime);
+        for (sequence, stamp, kind) in [
+            (7, NOW - 9, None),
+            (7, NOW - 9, Some(FrameFault::Repeated)),
+            (6, NOW - 10, Some(FrameFault::Late)),
+            (8, 0, Some(FrameFault::BadStamp)),
+            (8, NOW + SECOND, Some(FrameFault::Ahead)),
+            (8, NOW - 8, None),
+            (9, NOW - 8, Some(FrameFault::BadStamp)),
+            (10, NOW - 20, Some(FrameFault::Late)),
+            (11, NOW - 5, None),
+            (0, NOW - 4, None), // a device that was started anew
+        ] {
+            let taken = read.take_once(sequence, stamp, NOW);
+            assert_eq!(taken.err().map(|fault| fault.kind), kind, "{sequence}");
+        }
+        let mut lockstep = Stamps::new(ClockKind::Lockstep);
+        assert_eq!([(); 2].map(|()| lockstep.take_once(1, 0, NOW)), [Ok(()), Ok(())]);
     }
 }

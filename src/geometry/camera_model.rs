@@ -19,6 +19,21 @@ pub struct Intrinsics {
     pub cy: f64,
 }
 
+impl Intrinsics {
+    /// Those of the same pictures with so many times the columns and rows: corners stay corners.
+    #[must_use]
+    pub fn scaled(&self, [across, down]: [f64; 2]) -> Self {
+        // Pixel (0, 0) is the middle of the first pixel, so that its corner is at -0.5.
+        let moved = |centre: f64, scale: f64| (centre + 0.5) * scale - 0.5;
+        Self {
+            fx: self.fx * across,
+            fy: self.fy * down,
+            cx: moved(self.cx, across),
+            cy: moved(self.cy, down),
+        }
+    }
+}
+
 /// A camera whose place in the world is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraModel {

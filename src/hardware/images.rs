@@ -35,7 +35,7 @@ struct Options {
     /// Frames that each image is shown for.
     #[schemars(range(min = 1))]
     repeat: u64,
-    /// A calibration: `camera_info` of ROS, or OpenCV's `FileStorage`, in YAML.
+    /// A calibration: `camera_info` of ROS, or `FileStorage` of `OpenCV`, in YAML.
     intrinsics: Option<String>,
     /// Focal lengths and principal point fx, fy, cx, cy at the size of the frames, instead of a calibration.
     intrinsics_px: Option<[f64; 4]>,

@@ -15,7 +15,7 @@ pub use device::{
     StatusKind, Waypoint,
 };
 pub use event::{Deviation, Event, EventMessage, ReplanCause};
-pub use health::ActorHealth;
+pub use health::{ActorHealth, FaultCounts, FrameFault};
 pub use plan_source::{PlanSource, Reuse};
 pub use run::RunDescriptor;
 pub use task::{

@@ -6,7 +6,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of every layout in this file; a reader rejects other versions.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// Longest name in bytes (objects, predicates, actions).
 pub const NAME_BYTES_MAX: usize = 48;
@@ -446,7 +446,7 @@ pub struct DecisionRecord {
 
 /// How one actor fares.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
-#[type_name("groundloop.HealthRecord.v1")]
+#[type_name("groundloop.HealthRecord.v2")]
 #[repr(C)]
 pub struct HealthRecord {
     /// Its name.
@@ -461,6 +461,18 @@ pub struct HealthRecord {
     pub n_missed: u64,
     /// Frames that could not be used.
     pub n_rejected: u64,
+    /// Of them: not laid out as they should be.
+    pub n_malformed: u64,
+    /// Of them: of a size that cannot be scaled to that of the labelled examples.
+    pub n_other_size: u64,
+    /// Of them: with a stamp that is 0 or stands still.
+    pub n_bad_stamp: u64,
+    /// Of them: with a stamp in the future.
+    pub n_ahead: u64,
+    /// Of them: captured before a frame that had come already.
+    pub n_late: u64,
+    /// Of them: sent again.
+    pub n_repeated: u64,
     /// Why the last of them could not.
     pub last_rejection: [u8; DETAIL_BYTES_MAX],
 }
@@ -474,6 +486,12 @@ impl Default for HealthRecord {
             n_messages: 0,
             n_missed: 0,
             n_rejected: 0,
+            n_malformed: 0,
+            n_other_size: 0,
+            n_bad_stamp: 0,
+            n_ahead: 0,
+            n_late: 0,
+            n_repeated: 0,
             last_rejection: [0; DETAIL_BYTES_MAX],
         }
     }

@@ -73,6 +73,79 @@ fn a_camera_that_comes_later_is_found() {
     has_planned(&run.end());
 }
 
+/// Frames of another size of the same ratio are scaled to the labelled examples.
+#[test]
+fn a_camera_of_half_the_size_is_looked_through() {
+    let name = unique_run("half");
+    let image = "domains/blocksworld/exemplar/sim_320x240/a_tower_and_singles.png";
+    let _camera = camera(image, &name);
+    has_planned(&looking(&name).end());
+}
+
+/// What a program writes to its standard output is a camera: here the image with blue first and a gap
+/// after each row.
+#[test]
+fn a_program_in_a_pipe_is_looked_through() {
+    let name = unique_run("pipe");
+    let folder = tempfile::tempdir().unwrap();
+    let raw = folder.path().join("raw");
+    let picture = image::open(project(IMAGE)).unwrap().into_rgb8();
+    let rows = picture.rows().flat_map(|row| {
+        let pixels = row.flat_map(|image::Rgb([red, green, blue])| [*blue, *green, *red]);
+        pixels.chain([255; 80]).collect::<Vec<u8>>()
+    });
+    fs::write(&raw, rows.collect::<Vec<u8>>()).unwrap();
+    let forever = format!("while cat '{}'; do :; done", raw.display());
+    let layout = ["--size", "640x480", "--encoding", "bgr8", "--stride", "2000"];
+    let args = [&["camera", "pipe"][..], &layout, &["--run", &name, "--", "sh", "-c", &forever]];
+    let mut camera = Process::start(&args.concat());
+    camera.wait_for_line("publishing pipe as camera main");
+    has_planned(&looking(&name).end());
+    camera.signal(Signal::TERM);
+    assert_eq!(camera.end().status.code(), Some(0));
+}
+
+#[test]
+fn how_a_camera_ends_is_told() {
+    let name = unique_run("ended");
+    let raw = ["camera", "pipe", "--size", "2x1", "--encoding", "rgb8", "--run", &name];
+    let of = |more: &[&str]| Process::start(&[&raw[..], more].concat()).end();
+    let failed = of(&["--", "sh", "-c", "printf abcdefgh; echo no device >&2; exit 3"]);
+    assert_eq!(failed.status.code(), Some(5), "{}", failed.stderr);
+    let expect = "the program sh: it ended with exit status: 3 after 1 pictures, within one: 2 of 6 bytes; it \
+                  said: no device";
+    assert!(failed.stderr.contains(expect), "{}", failed.stderr);
+    let counted = of(&["--frames", "2", "--", "yes"]);
+    assert_eq!(counted.status.code(), Some(0), "{}", counted.stderr);
+    let wrong = of(&["--stride", "5", "--", "yes"]);
+    assert_eq!(wrong.status.code(), Some(2), "{}", wrong.stderr);
+    assert!(wrong.stderr.contains("camera.options.stride: expected 6 to"), "{}", wrong.stderr);
+    let recording = "tests/attach/recordings/ros2.mcap";
+    let mcap = ["camera", "mcap", recording, "--run", &name, "--fps", "50", "--topic"];
+    let of = |more: &[&str]| Process::start(&[&mcap[..], more].concat()).end();
+    let played = of(&["/camera/image_raw", "--depth-topic", "/depth/image_raw"]);
+    assert_eq!(played.status.code(), Some(0), "{}", played.stderr);
+    assert!(played.stderr.contains("intrinsics without camera.options.pose"), "{}", played.stderr);
+    let nowhere = of(&["/camera"]);
+    assert_eq!(nowhere.status.code(), Some(2), "{}", nowhere.stderr);
+    assert!(nowhere.stderr.contains("topics with pictures: "), "{}", nowhere.stderr);
+}
+
+/// The flags of a kind are its options.
+#[test]
+fn each_kind_of_camera_explains_its_flags() {
+    for (kind, words) in [
+        ("images", &["[PATH]", "--repeat <N>", "--intrinsics <INTRINSICS>", "--fps <HZ>"][..]),
+        ("mcap", &["--topic <TOPIC>", "--depth-topic", "--again", "--pose <A,B,…>"]),
+        ("pipe", &["-- <COMMAND>...", "--size <WIDTHxHEIGHT>", "--encoding", "--stride <N>"]),
+    ] {
+        let ended = Process::start(&["camera", kind, "--help"]).end();
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.stderr);
+        let missing: Vec<_> = words.iter().filter(|word| !ended.stdout.contains(**word)).collect();
+        assert!(missing.is_empty(), "{kind}: {missing:?} in {}", ended.stdout);
+    }
+}
+
 /// Runs something on a runtime like the program's.
 fn tokio_test(test: impl Future<Output = ()>) {
     crate::common::runtime().block_on(test);
@@ -111,9 +184,9 @@ fn foreign_frames() -> Vec<ForeignFrame> {
             "fx, fy, cx, cy",
         ),
         foreign(
-            FrameHeader { width: 320, height: 240, stride: 960, ..good },
-            320 * 240 * 3,
-            "the labelled examples are 640x480 pixels, the frame is 320x240",
+            FrameHeader { width: 320, height: 200, stride: 960, ..good },
+            320 * 200 * 3,
+            "the labelled examples are 640x480 pixels, the frame is 320x200: frames of the same ratio",
         ),
         foreign(FrameHeader { schema: SCHEMA + 1, ..good }, n_bytes, "schema"),
         foreign(good, n_bytes, "capture_ns is 0: stamp with CLOCK_MONOTONIC"),
@@ -123,6 +196,28 @@ fn foreign_frames() -> Vec<ForeignFrame> {
         frame.header.sequence = sequence;
     }
     frames
+}
+
+/// Frames that cannot be used are counted by kind, and `topics list` shows the counts.
+#[test]
+fn refused_frames_are_counted_by_kind() {
+    let name = unique_run("counted");
+    let mut run = looking(&name);
+    let bus = Bus::open(&BusConfig::for_run(name.clone())).unwrap();
+    tokio_test(async {
+        let frames: Publisher<FrameHeader, u8> = bus.publisher(&CAMERA_RGB).unwrap();
+        for frame in foreign_frames() {
+            frames.publish(frame.header, &vec![9; frame.n_bytes]).unwrap();
+            run.wait_for_line(frame.refused_for);
+        }
+        let list = ["topics", "list", "--run", &name, "--for-s", "1.5"];
+        let listed = Process::start(&list).end();
+        let expect = "scene_parser: 10 messages refused (7 malformed, 1 of another size, 1 with a stamp that \
+                      stands still or is none, 1 from the future), the last: capture_ns is";
+        assert!(listed.stdout.contains(expect), "{}", listed.stdout);
+    });
+    run.signal(Signal::TERM);
+    run.end();
 }
 
 /// Everything that is wrong with a message is told, and the run goes on as if it had not come.

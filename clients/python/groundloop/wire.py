@@ -5,7 +5,7 @@ Made from src/transport/wire.rs by `cargo test --test attach protocol`; docs/pro
 
 import ctypes
 
-SCHEMA = 3
+SCHEMA = 4
 """Version of every layout in this file; a reader rejects other versions."""
 NAME_BYTES_MAX = 48
 """Longest name in bytes (objects, predicates, actions)."""
@@ -299,9 +299,15 @@ class HealthRecord(ctypes.Structure):
         ("n_messages", ctypes.c_uint64),  # Messages that it has worked on.
         ("n_missed", ctypes.c_uint64),  # Frames that newer ones have overtaken.
         ("n_rejected", ctypes.c_uint64),  # Frames that could not be used.
+        ("n_malformed", ctypes.c_uint64),  # Of them: not laid out as they should be.
+        ("n_other_size", ctypes.c_uint64),  # Of them: of a size that cannot be scaled to that of the labelled examples.
+        ("n_bad_stamp", ctypes.c_uint64),  # Of them: with a stamp that is 0 or stands still.
+        ("n_ahead", ctypes.c_uint64),  # Of them: with a stamp in the future.
+        ("n_late", ctypes.c_uint64),  # Of them: captured before a frame that had come already.
+        ("n_repeated", ctypes.c_uint64),  # Of them: sent again.
         ("last_rejection", ctypes.c_uint8 * 160),  # Why the last of them could not.
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "groundloop.HealthRecord.v1"
+        return "groundloop.HealthRecord.v2"

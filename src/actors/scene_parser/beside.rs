@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::frames::{Cameras, Moment};
+use super::frames::{Cameras, Moment, Refusal};
 use super::frozen::{Stillness, check_frozen};
 use super::missing::{Refusals, no_frame, nothing_usable, unusable};
 use super::thread::{Answer, Job, OwnedShot, PerceptionThread};
@@ -58,7 +58,7 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
     loop {
         let deadline = tools.answer_deadline.into_iter().fold(tools.frame_deadline, Instant::min);
         let bad_frames = &mut tools.bad_frames;
-        let refused = |reason: &str| bad_frames.unreadable(args, reason);
+        let refused = |refusal: &Refusal| bad_frames.unreadable(args, refusal);
         tokio::select! {
             biased;
             event = ports.events.next() => {

@@ -4,6 +4,7 @@
 //! frame of `main` goes with what the others showed last, where that was captured within
 //! `camera.skew_ms_max`: the loop waits for no other camera, once each has shown something.
 
+use std::fmt::{Display, Formatter};
 use std::future::poll_fn;
 use std::pin::Pin;
 use std::task::Poll;
@@ -11,10 +12,12 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use super::fitted::{FittedFrame, scale_of};
 use super::{CameraArgs, Rejection};
 use crate::actors::patience::was_stopped;
-use crate::clock::{ClockKind, Stamps, monotonic_ns};
+use crate::clock::{ClockKind, StampFault, Stamps, monotonic_ns};
 use crate::geometry::CameraModel;
+use crate::messages::FrameFault;
 use crate::perception::{DepthView, FrameView, ImageView};
 use crate::transport::convert::{RgbFrame, depth_from_wire};
 use crate::transport::topics::CameraTopics;
@@ -30,7 +33,7 @@ struct Feed {
     rgb: Subscriber<FrameHeader, u8>,
     depth: Subscriber<FrameHeader, u8>,
     /// Its newest frame that can be worked on, and the depth that came last.
-    frame: Option<RgbFrame>,
+    frame: Option<FittedFrame>,
     newest_depth: Option<Received<FrameHeader, u8>>,
     stamps: Stamps,
     /// When its last frame came, and what the topic's reader had missed by then.
@@ -54,7 +57,7 @@ pub(super) struct Cameras {
 
 /// What the cameras show at one moment: the frame of `main`, and of the others what belongs to it.
 pub(super) struct Moment {
-    pub(super) frame: RgbFrame,
+    pub(super) frame: FittedFrame,
     /// Which feeds belong to it, by their places.
     used: Vec<usize>,
 }
@@ -121,7 +124,7 @@ impl Cameras {
     /// Cancel-safe: what has come stays.
     pub(super) async fn next(
         &mut self,
-        mut refused: impl FnMut(&str),
+        mut refused: impl FnMut(&Refusal),
     ) -> Result<Moment, TransportError> {
         let is_one = self.feeds.len() == 1;
         loop {
@@ -222,8 +225,9 @@ impl Cameras {
                 feed.newest_depth = Some(newer);
             }
             let frame = if idx == 0 { Some(&moment.frame) } else { feed.frame.as_ref() };
-            let Some(sequence) = frame.map(|frame| frame.header().sequence) else { continue };
-            let read = read_depth(feed.newest_depth.as_ref(), sequence, &mut depths[idx]);
+            let Some(frame) = frame else { continue };
+            let sequence = frame.header().sequence;
+            let read = read_depth(feed.newest_depth.as_ref(), frame, &mut depths[idx]);
             has_depth[idx] = read == Ok(true);
             if let Err(reason) = read
                 && let Some(nth) = feed.told.count(&reason)
@@ -276,22 +280,26 @@ async fn first_of<T>(waits: Vec<impl Future<Output = T>>) -> T {
 
 impl Feed {
     /// Takes the newest frame that can be worked on.
-    fn take(&mut self, is_one: bool, refused: &mut impl FnMut(&str)) -> Result<(), TransportError> {
+    fn take(
+        &mut self,
+        is_one: bool,
+        refused: &mut impl FnMut(&Refusal),
+    ) -> Result<(), TransportError> {
         let name = (!is_one).then_some(self.args.name.as_str());
         let size = self.args.image_size;
         let stamps = &mut self.stamps;
         let newest = self.rgb.drain_newest_of(|message| {
             let FrameHeader { sequence, capture_ns, .. } = *message.header();
-            let of = name.map(|name| format!("camera {name}: ")).unwrap_or_default();
-            check(name, size, message)
+            check(name.is_some(), size, message)
                 .and_then(|frame| {
-                    let stamp = stamps.take(sequence, capture_ns, monotonic_ns());
-                    stamp.map(|()| frame).map_err(|reason| of + &reason)
+                    let stamp = stamps.take_once(sequence, capture_ns, monotonic_ns());
+                    stamp.map(|()| frame).map_err(Refusal::from)
                 })
-                .inspect_err(|reason| refused(reason))
+                .map_err(|refusal| refusal.of(name))
+                .inspect_err(&mut *refused)
         })?;
-        if newest.is_some() {
-            self.frame = newest;
+        if let Some(newest) = newest {
+            self.frame = Some(FittedFrame::new(newest, size));
             self.gap = self.seen.elapsed();
             (self.seen, self.seen_with) = (Instant::now(), self.rgb.drops());
         }
@@ -316,40 +324,67 @@ impl Feed {
     }
 }
 
-/// A frame that can be worked on; why not, otherwise. `camera` is named where there are several, and
-/// each of them needs a pose.
-fn check(
-    camera: Option<&str>,
-    [width, height]: [u32; 2],
-    message: Received<FrameHeader, u8>,
-) -> Result<RgbFrame, String> {
-    let of = camera.map(|name| format!("camera {name}: ")).unwrap_or_default();
-    let frame = RgbFrame::read(message).map_err(|e| format!("{of}{e}"))?;
-    let got = frame.size();
-    if got != [width, height] {
-        let got = format!("{}x{}", got[0], got[1]);
-        return Err(format!(
-            "{of}the labelled examples are {width}x{height} pixels, the frame is {got}"
-        ));
+/// Why a frame cannot be worked on.
+#[derive(Debug, Clone)]
+pub(super) struct Refusal {
+    pub(super) fault: FrameFault,
+    pub(super) reason: String,
+}
+
+impl Refusal {
+    fn new(fault: FrameFault, reason: impl Into<String>) -> Self {
+        Self { fault, reason: reason.into() }
     }
-    if camera.is_some() && frame.model().is_none() {
-        return Err(format!(
-            "{of}the frame has no intrinsics or no pose: with several cameras each needs both"
-        ));
+
+    /// The same with the camera, where there are several.
+    fn of(self, camera: Option<&str>) -> Self {
+        let Some(name) = camera else { return self };
+        Self { reason: format!("camera {name}: {}", self.reason), ..self }
+    }
+}
+
+impl From<StampFault> for Refusal {
+    fn from(StampFault { kind, reason }: StampFault) -> Self {
+        Self { fault: kind, reason }
+    }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.reason)
+    }
+}
+
+/// A frame that can be worked on, once it has the `wanted` size; why not, otherwise. Where there are
+/// several cameras, each needs a pose.
+fn check(
+    needs_model: bool,
+    wanted: [u32; 2],
+    message: Received<FrameHeader, u8>,
+) -> Result<RgbFrame, Refusal> {
+    let malformed = |reason: String| Refusal::new(FrameFault::Malformed, reason);
+    let frame = RgbFrame::read(message).map_err(|error| malformed(error.to_string()))?;
+    scale_of(frame.size(), wanted).map_err(|reason| Refusal::new(FrameFault::OtherSize, reason))?;
+    if needs_model && frame.model().is_none() {
+        let reason = "the frame has no intrinsics or no pose: with several cameras each needs both";
+        return Err(malformed(reason.to_owned()));
     }
     Ok(frame)
 }
 
-/// Reads the depth of that number into `depth_m`; whether there is any.
+/// Reads the depth of a frame into `depth_m`; whether there is any.
 ///
 /// # Errors
 /// Why what there is cannot be used.
 fn read_depth(
     depth: Option<&Received<FrameHeader, u8>>,
-    sequence: u64,
+    frame: &FittedFrame,
     depth_m: &mut Vec<f32>,
 ) -> Result<bool, String> {
+    let sequence = frame.header().sequence;
     let Some(depth) = depth.filter(|d| d.header().sequence == sequence) else { return Ok(false) };
     let read = depth_from_wire(depth.header(), depth.records(), depth_m);
-    read.map(|()| true).map_err(|error| error.to_string())
+    read.map_err(|error| error.to_string())?;
+    frame.fit_depth(depth_m);
+    Ok(true)
 }

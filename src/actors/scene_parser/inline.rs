@@ -2,7 +2,7 @@
 
 use tokio::time::Instant;
 
-use super::frames::Moment;
+use super::frames::{Moment, Refusal};
 use super::frozen::{Stillness, check_frozen};
 use super::missing::{Refusals, no_frame, nothing_usable};
 use super::{NAME, Ports, Rejection, SceneParserArgs, SceneParserMemory, look, scene_of};
@@ -30,7 +30,7 @@ pub(super) async fn serve(args: &SceneParserArgs, mut ports: Ports) -> Result<()
     let mut refusals = Refusals::default();
     let mut deadline = Instant::now() + args.wait;
     loop {
-        let refused = |reason: &str| refusals.unreadable(args, reason);
+        let refused = |refusal: &Refusal| refusals.unreadable(args, refusal);
         let awaits_robot = args.awaits_robot && memory.robot.is_none();
         let moment = tokio::select! {
             biased;

@@ -1,6 +1,6 @@
 //! Why no scene comes: no frame, none that can be used, or no answer of the detector.
 
-use super::frames::Cameras;
+use super::frames::{Cameras, Refusal};
 use super::{NAME, Rejection, SceneParserArgs};
 use crate::actors::{ActorError, Fatal};
 use crate::transport::{SilenceCause, Told};
@@ -21,15 +21,15 @@ pub(super) struct Refusals {
 
 impl Refusals {
     /// A message that is no frame to work on; its reader has told people.
-    pub(super) fn unreadable(&mut self, args: &SceneParserArgs, reason: &str) {
-        args.monitor.rejected(NAME, reason);
-        self.last = Some(Rejection::unusable(&reason));
+    pub(super) fn unreadable(&mut self, args: &SceneParserArgs, refusal: &Refusal) {
+        args.monitor.rejected(NAME, Some(refusal.fault), &refusal.reason);
+        self.last = Some(Rejection::unusable(refusal));
     }
 
     /// A frame that came to nothing: counts it, and says why.
     pub(super) fn rejected(&mut self, args: &SceneParserArgs, rejection: Rejection) {
         let reason = rejection.reason.as_str();
-        args.monitor.rejected(NAME, reason);
+        args.monitor.rejected(NAME, None, reason);
         if let Some(nth) = self.told.count(reason) {
             tracing::warn!(reason, nth, "frame rejected");
         }

@@ -4,6 +4,7 @@
 //! the loop goes on with what they said last (`beside`).
 
 mod beside;
+mod fitted;
 mod frames;
 mod frozen;
 mod inline;

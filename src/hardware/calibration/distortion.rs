@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-/// A lens, by the names and coefficients of ROS and OpenCV.
+/// A lens, by the names and coefficients of ROS and `OpenCV`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Distortion {
     /// `plumb_bob` and `rational_polynomial`: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4; those that are
@@ -18,7 +18,7 @@ impl Distortion {
     /// A pinhole.
     pub const NONE: Self = Self::Polynomial([0.0; 12]);
 
-    /// The lens of a model of ROS; an empty name is that of OpenCV.
+    /// The lens of a model of ROS; an empty name is that of `OpenCV`.
     ///
     /// # Errors
     /// How many coefficients there may be.
@@ -51,10 +51,9 @@ impl Distortion {
     /// Where the lens puts a ray, both at distance 1 along the optical axis; `None` where the lens is not
     /// known.
     ///
-    /// Source: OpenCV 4, `calib3d` ("Detailed Description"; fisheye: "Fisheye camera model").
+    /// Source: `OpenCV` 4, `calib3d` ("Detailed Description"; fisheye: "Fisheye camera model").
     pub fn bend(&self, at: Point2<f64>) -> Option<Point2<f64>> {
-        let Point2 { coords: xy, .. } = at;
-        let (x, y) = (xy.x, xy.y);
+        let (x, y) = (at.x, at.y);
         let r2 = x * x + y * y;
         match self {
             Self::Polynomial([k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4]) => {

@@ -1,5 +1,5 @@
 //! Calibration files: `camera_info` of ROS (as `camera_calibration` writes it, and as `ros2 topic echo` prints
-//! it), and OpenCV's `FileStorage` in YAML.
+//! it), and the `FileStorage` of `OpenCV` in YAML.
 
 use serde_json::Value;
 

@@ -64,15 +64,7 @@ impl Calibration {
                 own[0], own[1]
             ));
         }
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
-        // Pixel (0, 0) is the middle of the first pixel, so that its corner is at -0.5.
-        let moved = |centre: f64, scale: f64| (centre + 0.5) * scale - 0.5;
-        Ok(Intrinsics {
-            fx: fx * across,
-            fy: fy * down,
-            cx: moved(cx, across),
-            cy: moved(cy, down),
-        })
+        Ok(self.intrinsics.scaled([across, down]))
     }
 
     /// How far the lens moves what a pinhole would show in a corner of frames of `size`, pixels: the most of

@@ -1,10 +1,10 @@
-//! Files as ROS and OpenCV write them, lenses as OpenCV bends them, and files that are none.
+//! Files as ROS and `OpenCV` write them, lenses as `OpenCV` bends them, and files that are none.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// As `cv::FileStorage` of OpenCV 4.14 writes it.
+/// As `cv::FileStorage` of `OpenCV` 4.14 writes it.
 const OPENCV: &str = "%YAML:1.0
 ---
 calibration_time: Mon

@@ -55,7 +55,7 @@ fn orders_of_colours_are_told_apart() {
     assert_eq!(rgb(layout(Encoding::Mono8, [2, 1]), &[9, 200]), [9, 9, 9, 200, 200, 200]);
 }
 
-/// What OpenCV 5.0 makes of these colours with `COLOR_RGB2YUV_YUY2`: Y, U and V.
+/// What `OpenCV` 5.0 makes of these colours with `COLOR_RGB2YUV_YUY2`: Y, U and V.
 const OF_OPENCV: [([u8; 3], [u8; 3]); 7] = [
     ([255, 0, 0], [82, 90, 240]),
     ([0, 255, 0], [145, 54, 34]),
@@ -80,7 +80,7 @@ fn yuv_is_read_as_opencv_writes_it() {
     }
 }
 
-/// Full range is that of OpenCV's `COLOR_RGB2YCrCb`; red of BT.709 is that of its table of primaries.
+/// Full range is that of `COLOR_RGB2YCrCb`; red of BT.709 is that of its table of primaries.
 #[test]
 fn ranges_and_standards_are_told_apart() {
     for (yuv, bytes, colour) in [

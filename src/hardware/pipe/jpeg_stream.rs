@@ -66,7 +66,7 @@ impl JpegStream {
             // Markers that stand alone.
             (State::Kind, 0x01 | 0xd0..=0xd7) => State::Marker,
             (State::ScanKind, 0x00 | 0xd0..=0xd7) => State::Scan,
-            (State::ScanKind, 0xff) => State::ScanKind,
+            (State::Scan | State::ScanKind, 0xff) => State::ScanKind,
             (State::Kind | State::ScanKind, kind) if kind != START_OF_IMAGE && kind != 0 => {
                 State::LengthHigh { is_scan: kind == START_OF_SCAN }
             }
@@ -78,7 +78,6 @@ impl JpegStream {
                 }
             }
             (State::Segment { is_scan, left }, _) => after(is_scan, left.saturating_sub(1)),
-            (State::Scan, 0xff) => State::ScanKind,
             (State::Scan, _) => State::Scan,
             (State::Outside | State::Start | State::Marker | State::Kind | State::ScanKind, _) => {
                 State::Outside

@@ -39,7 +39,7 @@ struct Options {
     /// The encoding of a depth picture of the same size that follows each picture, its rows without a gap.
     /// Without it there is no depth.
     depth: Option<Encoding>,
-    /// A calibration: `camera_info` of ROS, or OpenCV's `FileStorage`, in YAML.
+    /// A calibration: `camera_info` of ROS, or `FileStorage` of `OpenCV`, in YAML.
     intrinsics: Option<String>,
     /// Focal lengths and principal point fx, fy, cx, cy at the size of the frames, instead of a calibration.
     intrinsics_px: Option<[f64; 4]>,

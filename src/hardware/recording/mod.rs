@@ -44,7 +44,7 @@ struct Options {
     again: bool,
     /// What Y, U and V are, where the encoding has them.
     yuv: YuvColours,
-    /// A calibration instead of the recorded one: `camera_info` of ROS, or OpenCV's `FileStorage`, in YAML.
+    /// A calibration instead of the recorded one: `camera_info` of ROS, or `FileStorage` of `OpenCV`, in YAML.
     intrinsics: Option<String>,
     /// Focal lengths and principal point fx, fy, cx, cy at the size of the frames, instead of a calibration.
     intrinsics_px: Option<[f64; 4]>,

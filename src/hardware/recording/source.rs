@@ -197,13 +197,12 @@ impl Recording {
     }
 
     fn depth(&mut self, depth: Shown) -> Option<RecordedFrame> {
-        match self.waiting.take_if(|(_, shown)| is_one(&depth, shown)) {
-            Some((log_ns, shown)) => frame(log_ns, shown, Some(depth)),
-            None => {
-                self.newest_depth = Some(depth);
-                None
-            }
-        }
+        let waited = self.waiting.take_if(|(_, shown)| is_one(&depth, shown));
+        let Some((log_ns, shown)) = waited else {
+            self.newest_depth = Some(depth);
+            return None;
+        };
+        frame(log_ns, shown, Some(depth))
     }
 }
 

@@ -119,8 +119,8 @@ fn the_calibration_beside_the_pictures_is_found() {
 /// The calibration of the recording, as it holds for rectified pictures.
 fn pictures_of_a_rectified_topic() -> Calibration {
     let bytes = std::fs::read(file(ROS2)).unwrap();
-    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
-    let info = messages.filter(|m| m.channel.topic.ends_with("camera_info")).next().unwrap();
+    let mut messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let info = messages.find(|m| m.channel.topic.ends_with("camera_info")).unwrap();
     let schema = "sensor_msgs/msg/CameraInfo";
     let recorded = pictures::Recorded { schema, encoding: "cdr", data: &info.data };
     pictures::calibration(recorded, true).unwrap()
@@ -133,6 +133,26 @@ fn messages_of_foxglove_are_read_as_protobuf_and_json() {
     assert!((raw.depth_m.as_ref().unwrap()[1] - 1.001).abs() < 1e-6);
     assert_eq!(frames("foxglove.mcap", &topics("/camera/png", None))[0].rgb, picture(1));
     assert_eq!(frames("foxglove_json.mcap", &topics("/raw", None))[0].rgb, picture(2));
+}
+
+#[tokio::test]
+async fn frames_are_due_as_they_were_recorded_or_at_a_rate() {
+    let playing = Playing {
+        path: file(ROS2),
+        topics: topics("/camera/image_raw", None),
+        size: SIZE,
+        model: None,
+        is_again: false,
+    };
+    let mut camera = RecordedCamera::open(playing.clone(), None).unwrap();
+    let first = camera.due(7_000);
+    assert_eq!(camera.due(7_000 + 50_000_000) - first, Duration::from_millis(50));
+    assert_eq!(camera.due(0), first, "a clock that went back");
+    let pace = Duration::from_millis(20);
+    let mut camera = RecordedCamera::open(playing, Some(pace)).unwrap();
+    let first = camera.due(7_000);
+    camera.due = Some(first);
+    assert!(camera.due(7_001) >= first + pace);
 }
 
 #[test]

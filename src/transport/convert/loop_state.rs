@@ -3,7 +3,7 @@
 use super::context::WireContext;
 use super::text::{name_from_wire, name_to_wire, text_from_wire, text_to_wire};
 use super::{WireError, flag, single};
-use crate::messages::{ActorHealth, AnswerKind, Control, DecisionMessage, Stop};
+use crate::messages::{ActorHealth, AnswerKind, Control, DecisionMessage, FaultCounts, Stop};
 use crate::pddl::Name;
 use crate::scene::FrameRef;
 use crate::transport::wire::{ControlRecord, DecisionRecord, HealthRecord, StreamHeader};
@@ -96,6 +96,8 @@ pub fn health_to_wire(
     context: &WireContext,
 ) -> Result<(StreamHeader, Vec<HealthRecord>), WireError> {
     let record = |health: &ActorHealth| {
+        let [n_malformed, n_other_size, n_bad_stamp, n_ahead, n_late, n_repeated] =
+            health.faults.counts();
         Ok(HealthRecord {
             actor: name_to_wire(&Name::new(&health.actor))?,
             is_alive: u32::from(health.is_alive),
@@ -103,6 +105,12 @@ pub fn health_to_wire(
             n_messages: health.n_messages,
             n_missed: health.n_missed,
             n_rejected: health.n_rejected,
+            n_malformed,
+            n_other_size,
+            n_bad_stamp,
+            n_ahead,
+            n_late,
+            n_repeated,
             last_rejection: text_to_wire(&health.last_rejection),
         })
     };
@@ -131,6 +139,14 @@ pub fn health_from_wire(
             n_restarts: record.n_restarts,
             n_missed: record.n_missed,
             n_rejected: record.n_rejected,
+            faults: FaultCounts::new([
+                record.n_malformed,
+                record.n_other_size,
+                record.n_bad_stamp,
+                record.n_ahead,
+                record.n_late,
+                record.n_repeated,
+            ]),
             last_rejection: text_from_wire("last_rejection", &record.last_rejection)?.to_owned(),
         })
     };

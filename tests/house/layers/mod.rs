@@ -13,12 +13,15 @@ use circles::Modules;
 
 /// Who alone may name an outside crate: name, folders that are read, beginnings of paths.
 const OWNERS: &[(&str, &str, &[&str])] = &[
+    ("cdr_encoding", "src", &["src/hardware/recording/ros.rs"]),
     ("clap", "src", &["src/cli/"]),
     ("comfy_table", "src", &["src/cli/"]),
     ("console", "src", &["src/cli/"]),
     ("groundloop_sim", "src", &["src/hardware/sim/"]),
     ("iceoryx2", "src", &["src/transport/"]),
     ("indicatif", "src", &["src/cli/"]),
+    ("mcap", "src", &["src/hardware/recording/"]),
+    ("prost", "src", &["src/hardware/recording/foxglove.rs"]),
     ("ractor", "src", &["src/actors/"]),
     (
         "rapier3d",
@@ -36,6 +39,7 @@ const OWNERS: &[(&str, &str, &[&str])] = &[
     ("rustix::time", "sim/src", &[]),
     ("rustix::time", "src", &["src/clock/"]),
     ("rustls", "src", &["src/http/"]),
+    ("serde_saphyr", "src", &["src/hardware/calibration/file.rs"]),
     ("std::time::Instant", "src", &["src/clock/"]),
     ("tracing_subscriber", "src", &["src/cli/out.rs"]),
 ];

@@ -3,7 +3,7 @@
 use super::*;
 use crate::messages::{
     ActorHealth, AnswerKind, Control, DecisionMessage, Deviation, EpisodeCounts, EpisodeEnd, Event,
-    EventMessage, Limit, ReplanCause, RunDescriptor, Stop, Verdict,
+    EventMessage, FaultCounts, Limit, ReplanCause, RunDescriptor, Stop, Verdict,
 };
 use crate::transport::wire::{ControlRecord, DecisionRecord, SCHEMA};
 
@@ -143,7 +143,8 @@ fn health_arrives_as_it_was_sent() {
         n_messages: 5,
         n_restarts: 1,
         n_missed: 2,
-        n_rejected: 3,
+        n_rejected: 9,
+        faults: FaultCounts::new([1, 2, 0, 3, 1, 1]),
         last_rejection: "320x240 – not 640x480".to_owned(),
     };
     let actors = vec![health("scene_parser"), health("planner")];
