@@ -57,8 +57,8 @@ impl clap::Args for Args {
     fn augment_args(command: clap::Command) -> clap::Command {
         let command = command.subcommand_required(true).subcommand_value_name("KIND");
         kinds().fold(command, |command, part| {
-            let kind = clap::Command::new(part.name).about(part.help);
-            command.subcommand(Common::augment_args(flags_of(part, kind)))
+            let kind = Common::augment_args(flags_of(part, clap::Command::new(part.name)));
+            command.subcommand(kind.about(part.help))
         })
     }
 

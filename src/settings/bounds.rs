@@ -38,6 +38,7 @@ const NAMES: &[(&str, f64, f64)] = &[
     ("factor", 0.0, 1_000.0),
     ("friction", 0.0, 10.0),
     ("intensity", 0.0, 100.0),
+    ("pose", -100.0, 100.0),
     ("probability", 0.0, 1.0),
     ("region", 0.0, 1.0),
     ("share", 0.0, 1.0),

@@ -135,7 +135,7 @@ fn how_a_camera_ends_is_told() {
 #[test]
 fn each_kind_of_camera_explains_its_flags() {
     for (kind, words) in [
-        ("images", &["[PATH]", "--repeat <N>", "--intrinsics <INTRINSICS>", "--fps <HZ>"][..]),
+        ("images", &["<PATH>", "--repeat <N>", "--intrinsics <INTRINSICS>", "--fps <HZ>"][..]),
         ("mcap", &["--topic <TOPIC>", "--depth-topic", "--again", "--pose <A,B,…>"]),
         ("pipe", &["-- <COMMAND>...", "--size <WIDTHxHEIGHT>", "--encoding", "--stride <N>"]),
     ] {

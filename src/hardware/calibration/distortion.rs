@@ -48,6 +48,15 @@ impl Distortion {
         }
     }
 
+    /// What ROS calls its model.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Polynomial(_) => "rational_polynomial",
+            Self::Equidistant(_) => "equidistant",
+            Self::Unknown(name) => name,
+        }
+    }
+
     /// Where the lens puts a ray, both at distance 1 along the optical axis; `None` where the lens is not
     /// known.
     ///

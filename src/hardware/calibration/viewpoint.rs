@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use super::{Calibration, Distortion, parse_calibration};
 use crate::geometry::{CameraModel, Intrinsics};
 use crate::hardware::CameraPort;
+use crate::mismatch::listed;
 use crate::parts::{PartContext, PartError};
 
 /// How far a lens may move what is in a corner before people are told, pixels.
@@ -43,7 +44,7 @@ impl Viewpoint {
         let calibration = match (known.intrinsics, known.intrinsics_px) {
             (Some(_), Some(numbers)) => {
                 let expected = "intrinsics or intrinsics_px, not both";
-                return Err(context.bad_option("intrinsics_px", expected, format!("{numbers:?}")));
+                return Err(context.bad_option("intrinsics_px", expected, listed(numbers)));
             }
             (Some(path), None) => {
                 let file = context.path(path).display().to_string();
@@ -64,7 +65,7 @@ impl Viewpoint {
         let pose = known.pose.map(|numbers| {
             isometry(numbers).ok_or_else(|| {
                 let expected = "x, y, z in metres and a unit quaternion x, y, z, w";
-                context.bad_option("pose", expected, format!("{numbers:?}"))
+                context.bad_option("pose", expected, listed(numbers))
             })
         });
         Ok(Self { calibration, world_from_camera: pose.transpose()? })
@@ -101,8 +102,8 @@ impl Viewpoint {
                  assumed: rectify the pictures, or volumes near the edges are off by as much"
             ),
             None => tracing::warn!(
-                "{whence}: the lens {:?} is not known here, and a pinhole is assumed",
-                calibration.distortion
+                "{whence}: the kind of lens ({}) is not known here, and a pinhole is assumed",
+                calibration.distortion.name()
             ),
         }
         let Some(world_from_camera) = self.world_from_camera else {

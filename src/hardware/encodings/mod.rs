@@ -13,6 +13,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::file::decode_rgb;
+use crate::mismatch::quoted;
 use crate::transport::convert::FRAME_SIDE_MAX;
 
 pub use yuv::YuvColours;
@@ -151,7 +152,8 @@ impl Encoding {
             (other, _) => {
                 return Err(format!(
                     "encoding: expected rgb8, bgr8, rgba8, bgra8, mono8, yuv422_yuy2, yuyv, yuv422, uyvy, \
-                     nv12, 16UC1 or 32FC1, got \"{other}\""
+                     nv12, 16UC1 or 32FC1, got {}",
+                    quoted(other)
                 ));
             }
         })

@@ -72,9 +72,9 @@ fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartE
         PartError::Options { file: context.choice.file.clone(), message: reason }
     })?;
     let depth = options.depth.map(|encoding| PixelLayout { encoding, stride: None, ..colour });
-    if let Some(depth) = depth.filter(|depth| !depth.encoding.is_depth()) {
-        let expected = "an encoding of depth (16UC1, 32FC1)";
-        return Err(context.bad_option("depth", expected, format!("{:?}", depth.encoding)));
+    if depth.is_some_and(|depth| !depth.encoding.is_depth()) {
+        let expected = "an encoding of depth, such as \"16UC1\" or \"32FC1\"";
+        return Err(context.bad_option("depth", expected, "one of colours"));
     }
     let known = Known {
         intrinsics: options.intrinsics.as_deref(),

@@ -153,7 +153,12 @@ async fn listen(errors: impl AsyncRead + Unpin, said: Said) {
             Ok(1..) => {}
             Ok(0) | Err(_) => return,
         }
-        let text = String::from_utf8_lossy(&line).trim().to_owned();
+        // It goes to a terminal: what moves the cursor there is a blank.
+        let text: String = String::from_utf8_lossy(&line)
+            .trim()
+            .chars()
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
         if text.is_empty() {
             continue;
         }

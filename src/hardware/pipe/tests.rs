@@ -63,6 +63,7 @@ async fn how_a_program_ended_is_told() {
             0,
             "after 0 pictures; it said: no device | bye",
         ),
+        (r"printf '\033[2J gone' >&2; exit 1", 0, "it said:  [2J gone"),
         ("kill -9 $$", 0, "it ended with signal: 9 (SIGKILL) after 0 pictures"),
         ("for i in 1 2 3 4 5 6 7; do echo $i >&2; done; exit 1", 0, "it said: 3 | 4 | 5 | 6 | 7"),
         ("head -c 400000 /dev/zero >&2; printf abcdef; exit 1", 1, "exit status: 1 after 1"),

@@ -6,6 +6,8 @@ use prost::Message;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
+use crate::mismatch::quoted;
+
 /// `google.protobuf.Timestamp`; in JSON `sec` and `nsec`.
 #[derive(Clone, Copy, Message, Deserialize)]
 pub(super) struct Timestamp {
@@ -86,6 +88,6 @@ where
         "json" => {
             serde_json::from_slice(bytes).map_err(|error| format!("no such message: {error}"))
         }
-        other => Err(format!("expected cdr, protobuf or json, got {other}")),
+        other => Err(format!("expected cdr, protobuf or json, got {}", quoted(other))),
     }
 }

@@ -152,8 +152,10 @@ impl RecordedCamera {
                 self.n_since_beginning += 1;
                 return Ok(Some(frame));
             }
-            let ([width, height], first) = (frame.size, self.playing.size);
-            tracing::warn!("picture skipped: {width}x{height} pixels, the first is {first:?}");
+            let [[width, height], [is_wide, is_high]] = [self.playing.size, frame.size];
+            tracing::warn!(
+                "picture skipped: expected {width}x{height} pixels like the first, got {is_wide}x{is_high}"
+            );
         }
     }
 

@@ -5,6 +5,7 @@ use super::ros::{self, RosCameraInfo, RosCompressed, RosImage};
 use crate::hardware::calibration::{Calibration, Distortion};
 use crate::hardware::encodings::{Encoding, PixelLayout, Pixels, YuvColours, decode};
 use crate::hardware::file::{decode_depth_mm, decode_rgb};
+use crate::mismatch::quoted;
 
 /// The types of messages that are pictures, as MCAP names their schemas.
 pub(super) const PICTURES: [&str; 4] = [
@@ -62,7 +63,7 @@ pub(super) fn picture(message: Recorded<'_>, yuv: YuvColours) -> Result<Shown, S
             let image: CompressedImage = foxglove::read(encoding, data)?;
             compressed(of_foxglove(image.timestamp), &image.format, &image.data)
         }
-        other => Err(format!("schema: expected {}, got {other}", PICTURES.join(", "))),
+        other => Err(format!("schema: expected {}, got {}", PICTURES.join(", "), quoted(other))),
     }
 }
 
@@ -88,7 +89,8 @@ pub(super) fn calibration(
         }
         other => {
             return Err(format!(
-                "schema: expected sensor_msgs/msg/CameraInfo or foxglove.CameraCalibration, got {other}"
+                "schema: expected sensor_msgs/msg/CameraInfo or foxglove.CameraCalibration, got {}",
+                quoted(other)
             ));
         }
     };
@@ -126,7 +128,7 @@ fn compressed(stamp_ns: i128, format: &str, data: &[u8]) -> Result<Shown, String
     let told = |error: crate::hardware::file::ImageFileError| error.to_string();
     if format.contains("compressedDepth") || format.starts_with("16UC1") {
         if !format.starts_with("16UC1") || format.contains("rvl") {
-            return Err(format!("format: expected 16UC1 as PNG, got {format}"));
+            return Err(format!("format: expected 16UC1 as PNG, got {}", quoted(format)));
         }
         let has_header = format.contains("compressedDepth");
         let image = data.get(if has_header { DEPTH_HEADER_BYTES } else { 0 }..).unwrap_or_default();

@@ -14,6 +14,7 @@ use super::pictures::{PICTURES, Recorded, Shown, calibration, picture};
 use crate::hardware::CameraError;
 use crate::hardware::calibration::Calibration;
 use crate::hardware::encodings::{Pixels, YuvColours};
+use crate::mismatch::quoted;
 
 /// Largest record and chunk, bytes: a length that is none asks for no more memory than that.
 const RECORD_BYTES_MAX: usize = 1 << 29;
@@ -117,12 +118,11 @@ impl Recording {
             }
         }
         let Some(size) = size else {
-            let there: Vec<String> = there.into_iter().collect();
-            let (topic, there) = (&self.topics.colour, there.join(", "));
+            let there: Vec<String> = there.iter().map(|topic| quoted(topic)).collect();
+            let (topic, there) = (quoted(&self.topics.colour), there.join(", "));
             let there = if there.is_empty() { "none".to_owned() } else { there };
-            return Err(self.fault(format!(
-                "no picture on the topic \"{topic}\"; topics with pictures: {there}"
-            )));
+            return Err(self
+                .fault(format!("no picture on the topic {topic}; topics with pictures: {there}")));
         };
         Ok(Glance { size, calibration: None })
     }
@@ -164,7 +164,7 @@ impl Recording {
             encoding: message_encoding,
             data: &message.data,
         };
-        let wrong = |reason: String| self.fault(format!("topic {topic}: {reason}"));
+        let wrong = |reason: String| self.fault(format!("topic {}: {reason}", quoted(topic)));
         if topic == info {
             let is_rectified = is_rectified(colour);
             let read = calibration(recorded, is_rectified).map_err(wrong)?;

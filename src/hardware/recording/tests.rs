@@ -163,7 +163,7 @@ fn what_is_not_there_is_told_with_what_is() {
     };
     let said = told(ROS2, "/camera/image");
     assert!(said.contains("ros2.mcap: no picture on the topic \"/camera/image\""), "{said}");
-    assert!(said.contains("/camera/image_raw, ") && !said.contains("camera_info"), "{said}");
+    assert!(said.contains("\"/camera/image_raw\", ") && !said.contains("camera_info"), "{said}");
     let said = told(ROS2, "/depth/image_raw");
     assert!(said.contains("say it as camera.options.depth_topic"), "{said}");
     let said = told("make.py", "/camera/image_raw");

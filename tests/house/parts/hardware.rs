@@ -233,10 +233,63 @@ fn what_is_wrong_with_a_camera_is_named() {
     ] {
         refused(&CAMERAS, "images", options, &directory, inputs(), words);
     }
+    let raw = |more: &str| format!("command = ['yes']\nsize = [4, 2]\n{more}");
+    for (options, words) in [
+        (raw("encoding = 'rgb24'"), &["camera.options.encoding", "rgb8", "rgb24"][..]),
+        (raw("encoding = '16UC1'"), &["camera.options.encoding", "depth follows"]),
+        (raw("encoding = 'rgb8'\ndepth = 'mono8'"), &["camera.options.depth", "16UC1"]),
+        (raw("encoding = 'rgb8'\nstride = 11"), &["camera.options.stride: expected 12 to", "11"]),
+        (raw("encoding = 'rgb8'\nintrinsics = 'boxes.json'"), &["boxes.json", "a camera matrix"]),
+        (raw("encoding = 'rgb8'\npose = [0, 0, 0, 0, 0, 0, 1]"), &["pose", "intrinsics beside"]),
+        (
+            raw("encoding = 'rgb8'\nintrinsics_px = [9, 9, 1, 1]\npose = [0, 0, 0, 0, 0, 0, 2]"),
+            &["camera.options.pose", "unit quaternion"],
+        ),
+        (
+            raw("encoding = 'rgb8'\nintrinsics_px = [-9, 9, 1, 1]"),
+            &["camera.options.intrinsics_px", "positive focal lengths"],
+        ),
+        ("command = []\nsize = [4, 2]\nencoding = 'rgb8'".to_owned(), &["camera.options.command"]),
+    ] {
+        refused(&CAMERAS, "pipe", &options, &directory, inputs(), words);
+    }
+    for (options, words) in [
+        ("path = 'none.mcap'\ntopic = '/a'", &["none.mcap", "No such file"][..]),
+        ("path = 'image.png'\ntopic = '/a'", &["image.png"]),
+        ("path = 'recording.mcap'\ntopic = '/a'", &["topics with pictures: ", "/camera/image_raw"]),
+    ] {
+        refused(&CAMERAS, "mcap", options, &directory, inputs(), words);
+    }
     let sim = kept(toml::Table::from_iter([("no_such_key".to_owned(), 1.into())]));
     let inputs = HardwareInputs { sim: Some(sim), ..inputs() };
     refused(&CAMERAS, "sim", "", &directory, inputs, &["[sim]", "no_such_key"]);
     refused(&ROBOTS, "sim", "", &directory, inputs, &["[sim]", "no_such_key"]);
+}
+
+/// What is known of a camera goes with its frames.
+#[test]
+fn intrinsics_and_pose_go_with_the_frames() {
+    let directory = folder();
+    let known = "pose = [0.1, -0.7, 0.5, 1.0, 0.0, 0.0, 0.0]";
+    let given = format!("{known}\nintrinsics_px = [9.0, 8.0, 1.5, 0.5]");
+    for (kind, known, focal_px) in
+        [("images", &*given, 9.0), ("pipe", &*given, 9.0), ("mcap", known, 20.0)]
+    {
+        let options = format!("{}\n{known}", minimal("camera", kind).unwrap());
+        let inputs = hardware(blocks(), ClockKind::Realtime);
+        let camera = made(&CAMERAS, kind, &options, &directory, inputs).unwrap();
+        let open = Arc::clone(camera.open.as_ref().unwrap());
+        let shown = common::runtime().block_on(async {
+            let playing = tokio::spawn(async move { frames(&mut *open().unwrap(), None).await });
+            playing.await.unwrap()
+        });
+        let model = shown[0].model.unwrap();
+        assert_eq!(model.intrinsics.fx, focal_px, "{kind}");
+        assert_eq!(model.world_from_camera.translation.vector.x, 0.1, "{kind}");
+        // Turned half around x, what lies before the camera lies below.
+        let before = model.world_from_camera * Point3::new(0.0, 0.0, 1.0);
+        assert!((before.z + 0.5).abs() < 1e-9, "{kind}: {before}");
+    }
 }
 
 /// An image that is broken is told when the camera is opened, by its path.
