@@ -99,7 +99,6 @@ assert b.nanoseconds(M(sec=2, nanosec=5)) == 2_000_000_005
 "#;
 
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn messages_of_ros_are_converted() {
     if !has("numpy") {
         println!("skipped: the ROS 2 bridge: pip install numpy");
@@ -110,7 +109,6 @@ fn messages_of_ros_are_converted() {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn without_ros_it_says_what_is_missing() {
     if !has("numpy") || has("rclpy") {
         println!("skipped: a Python with numpy and without rclpy");

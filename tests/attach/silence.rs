@@ -39,10 +39,8 @@ fn ends_with(play: impl AsyncFnOnce(Bus)) -> Fatal {
             () = async { play(bus).await; std::future::pending().await } => unreachable!(),
         }
     });
-    match ended {
-        Err(RunError::Fatal(fatal)) => fatal,
-        other => panic!("{other:?}"),
-    }
+    let Err(RunError::Fatal(fatal)) = ended else { unreachable!("{ended:?}") };
+    fatal
 }
 
 #[track_caller]
