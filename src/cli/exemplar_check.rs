@@ -39,15 +39,15 @@ pub(super) struct Args {
     /// The labelled example's state: a PDDL problem.
     #[arg(long, value_name = "FILE", requires = "domain")]
     exemplar_state: Option<PathBuf>,
-    /// Without a run file: which detector finds the objects.
-    #[arg(long, value_name = "NAME", default_value = "colour")]
-    detector: String,
+    /// Without a run file: which detector finds the objects, if not "colour".
+    #[arg(long, value_name = "NAME")]
+    detector: Option<String>,
     /// The detector's own options: a TOML file with what `[perception.options]` of a run file has.
     #[arg(long, value_name = "FILE")]
     detector_options: Option<PathBuf>,
-    /// Without a run file: which grounder judges the facts.
-    #[arg(long, value_name = "NAME", default_value = "s2s-joint")]
-    grounder: String,
+    /// Without a run file: which grounder judges the facts, if not "s2s-joint".
+    #[arg(long, value_name = "NAME")]
+    grounder: Option<String>,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -57,13 +57,11 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let cameras = match (&args.config, &args.domain) {
         (Some(folder), domain) if folder.is_dir() => vec![drafts(args, folder, domain.as_deref())?],
-        (Some(config), None) => {
+        (Some(config), _) => {
+            no_flags_of_loose_files(args)?;
             load_run(config, &args.sets)?.check_examples(args.data.as_deref())?
         }
         (None, Some(domain)) => vec![loose(args, domain)?],
-        (Some(_), Some(_)) => {
-            return Err(Failure::bad_input("--domain: a run file names its own domain"));
-        }
         (None, None) => return Err(Failure::bad_input("expected a run file, or --domain")),
     };
     let is_right = cameras.iter().all(|camera| camera.findings.is_empty());
@@ -74,6 +72,23 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
         cameras.iter().for_each(print);
     }
     Ok(if is_right { 0 } else { exit::CHECK_FAILED })
+}
+
+/// A run file says its domain and its parts itself.
+fn no_flags_of_loose_files(args: &Args) -> Result<(), Failure> {
+    let given = [
+        ("--domain", args.domain.is_some()),
+        ("--detector", args.detector.is_some()),
+        ("--detector-options", args.detector_options.is_some()),
+        ("--grounder", args.grounder.is_some()),
+    ];
+    match given.iter().find(|(_, is_given)| *is_given) {
+        Some((flag, _)) => {
+            let message = format!("{flag} cannot be used with a run file, which says it itself");
+            Err(Failure::bad_input(message))
+        }
+        None => Ok(()),
+    }
 }
 
 /// One example of loose files.
@@ -146,11 +161,13 @@ fn tried(
     folder: Arc<DomainFolder>,
     examples: Vec<(RgbImage, Exemplar)>,
 ) -> Result<CameraCheck, Failure> {
+    let detector = args.detector.as_deref().unwrap_or("colour");
+    let grounder = args.grounder.as_deref().unwrap_or("s2s-joint");
     let parts = StillImageParts {
         folder,
         examples: Arc::new(examples),
-        detector: choice("--detector", &args.detector, args.detector_options.as_deref())?,
-        grounder: choice("--grounder", &args.grounder, None)?,
+        detector: choice("--detector", detector, args.detector_options.as_deref())?,
+        grounder: choice("--grounder", grounder, None)?,
         region: None,
     };
     Ok(parts.check_examples()?)
