@@ -149,7 +149,7 @@ impl From<GrounderError> for Rejection {
 /// Turns every newest frame into a scene graph.
 ///
 /// # Errors
-/// [`Fatal::Missing`] when no frame comes for `wait`, or no answer of the detector; other
+/// [`Fatal::Missing`](crate::actors::Fatal::Missing) when no frame comes for `wait`, or no answer of the detector; other
 /// [`ActorError`]s when the bus fails.
 pub async fn serve(args: Arc<SceneParserArgs>) -> Result<(), ActorError> {
     let bus = &args.bus;
