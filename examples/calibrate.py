@@ -18,8 +18,12 @@ import pathlib
 import sys
 import tempfile
 
-import cv2
-import numpy as np
+try:
+    import cv2
+    import numpy as np
+except ImportError as error:
+    print(f"{error}: pip install opencv-python-headless", file=sys.stderr)
+    sys.exit(5)
 
 ENDINGS = {".jpg", ".jpeg", ".png"}
 # Fewer corners in a picture say too little of where its board is.

@@ -130,6 +130,22 @@ fn attach_camera_publishes_frames() {
     shows_a_moving_square(&example("attach_camera"), &[&name], &name);
 }
 
+/// Boards that are drawn as a known camera sees them calibrate it; without OpenCV it says how to get it.
+#[test]
+fn calibrate_finds_a_known_camera() {
+    let mut command = Command::new("python3");
+    let path = "examples/calibrate.py";
+    let output = command.args([path, "--self-test"]).current_dir(project("")).output().unwrap();
+    let [stdout, stderr] = [&output.stdout, &output.stderr].map(|b| String::from_utf8_lossy(b));
+    if output.status.code() == Some(5) {
+        assert!(stderr.contains("pip install opencv-python-headless"), "{stderr}");
+        println!("skipped: {stderr}");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(0), "{stdout}{stderr}");
+    assert!(stdout.starts_with("20 pictures, reprojection error 0.0"), "{stdout}");
+}
+
 /// An example that is added is run by a test.
 #[test]
 fn every_example_is_run_by_a_test() {

@@ -199,8 +199,9 @@ fn another_process_joins_by_the_description_and_reads_scenes_plans_events_and_he
     let name = unique_run("join");
     let sets = SMALL_CAMERA.iter().flat_map(|set| ["--set", *set]);
     let args = ["run", "configs/blocksworld.toml", "--json", "--run", name.as_str()];
+    // Clearing what dead processes left may take longer than the episode.
+    let bus = Bus::open(&groundloop::transport::BusConfig::for_run(name.as_str())).unwrap();
     let run = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
-    let bus = Bus::open(&groundloop::transport::BusConfig::for_run(name)).unwrap();
     let (told, seen) = runtime().block_on(async {
         let mut events = EventReader::open(&bus).unwrap();
         let told = async {
