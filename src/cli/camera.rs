@@ -58,7 +58,7 @@ impl clap::Args for Args {
         let command = command.subcommand_required(true).subcommand_value_name("KIND");
         kinds().fold(command, |command, part| {
             let kind = Common::augment_args(flags_of(part, clap::Command::new(part.name)));
-            command.subcommand(kind.about(part.help))
+            command.subcommand(kind.about(format!("Publish {}", part.help)))
         })
     }
 

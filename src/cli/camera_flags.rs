@@ -51,6 +51,7 @@ pub(super) fn flags_of(part: &Part<CameraPort>, command: Command) -> Command {
     flags.0.iter().fold(command, |command, option| {
         let text = |option: &PartOption| {
             let meaning = option.meaning.replace('\n', " ");
+            let meaning = meaning.strip_suffix('.').unwrap_or(&meaning).to_owned();
             match &option.default {
                 Some(default) => format!("{meaning} [default: {default}]"),
                 None => meaning,
@@ -59,8 +60,8 @@ pub(super) fn flags_of(part: &Part<CameraPort>, command: Command) -> Command {
         let arg = Arg::new(option.name.clone()).help(text(option)).required(option.required);
         let arg = match form(option) {
             Form::Switch => arg.action(ArgAction::SetTrue),
-            Form::Words => arg.num_args(1..).value_name(option.name.to_uppercase()),
-            Form::Text => arg.value_name(option.name.to_uppercase()),
+            Form::Words => arg.num_args(1..).value_name(value_name(option)),
+            Form::Text => arg.value_name(value_name(option)),
             Form::Whole | Form::Number | Form::Wholes | Form::Numbers => {
                 arg.value_name(value_name(option)).allow_hyphen_values(true)
             }
@@ -76,11 +77,13 @@ pub(super) fn flags_of(part: &Part<CameraPort>, command: Command) -> Command {
     })
 }
 
-fn value_name(option: &PartOption) -> &'static str {
+fn value_name(option: &PartOption) -> String {
     match (option.name.as_str(), form(option)) {
-        ("size", _) => "WIDTHxHEIGHT",
-        (_, Form::Wholes | Form::Numbers) => "A,B,…",
-        _ => "N",
+        ("size", _) => "WIDTHxHEIGHT".to_owned(),
+        (_, Form::Wholes | Form::Numbers) => "A,B,…".to_owned(),
+        (_, Form::Whole | Form::Number) => "N".to_owned(),
+        // The last word says what it is: `depth_topic` is a TOPIC.
+        (name, _) => name.rsplit('_').next().unwrap_or(name).to_uppercase(),
     }
 }
 
