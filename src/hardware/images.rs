@@ -122,15 +122,8 @@ impl ImageCamera {
 
 /// An image as a frame.
 fn still(image: RgbImage, model: Option<CameraModel>) -> Frame {
-    Frame {
-        sequence: 0,
-        capture_ns: 0,
-        width: image.width(),
-        height: image.height(),
-        rgb: image.into_raw(),
-        depth_m: None,
-        model,
-    }
+    let (width, height) = image.dimensions();
+    Frame { width, height, rgb: image.into_raw(), model, ..Frame::default() }
 }
 
 impl Camera for ImageCamera {

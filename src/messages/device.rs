@@ -9,7 +9,7 @@ use crate::pddl::Step;
 pub const MAIN_CAMERA: &str = "main";
 
 /// One picture, as a camera gives it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Frame {
     /// Number of the frame.
     pub sequence: u64,

@@ -82,15 +82,8 @@ fn build(context: &PartContext<'_, CameraPort>) -> Result<Box<CameraPort>, PartE
         pose: options.pose,
     };
     let model = Viewpoint::read(context, known)?.model(size)?;
-    let frame = Frame {
-        sequence: 0,
-        capture_ns: 0,
-        width: size[0],
-        height: size[1],
-        rgb: Vec::new(),
-        depth_m: None,
-        model,
-    };
+    let [width, height] = size;
+    let frame = Frame { width, height, model, ..Frame::default() };
     let command = options.command;
     let open: OpenCamera = Arc::new(move || {
         Ok(Box::new(PipeCamera::start(&command, (colour, depth), frame.clone())?))

@@ -9,16 +9,8 @@ use super::*;
 const RGB: PixelLayout =
     PixelLayout { encoding: Encoding::Rgb8, size: [2, 1], stride: None, yuv: YuvColours::Bt601 };
 
-fn frame(size: [u32; 2]) -> Frame {
-    Frame {
-        sequence: 0,
-        capture_ns: 0,
-        width: size[0],
-        height: size[1],
-        rgb: Vec::new(),
-        depth_m: None,
-        model: None,
-    }
+fn frame([width, height]: [u32; 2]) -> Frame {
+    Frame { width, height, ..Frame::default() }
 }
 
 fn start(script: &str, colour: PixelLayout, depth: Option<PixelLayout>) -> PipeCamera {

@@ -116,15 +116,7 @@ impl RecordedCamera {
     fn open(playing: Playing, pace: Option<Duration>) -> Result<Self, CameraError> {
         let recording = Recording::open(&playing.path, &playing.topics)?;
         let [width, height] = playing.size;
-        let frame = Frame {
-            sequence: 0,
-            capture_ns: 0,
-            width,
-            height,
-            rgb: Vec::new(),
-            depth_m: None,
-            model: playing.model,
-        };
+        let frame = Frame { width, height, model: playing.model, ..Frame::default() };
         Ok(Self {
             playing,
             recording,
