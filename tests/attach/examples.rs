@@ -130,7 +130,7 @@ fn attach_camera_publishes_frames() {
     shows_a_moving_square(&example("attach_camera"), &[&name], &name);
 }
 
-/// Boards that are drawn as a known camera sees them calibrate it; without OpenCV it says how to get it.
+/// Boards that are drawn as a known camera sees them calibrate it; without `OpenCV` it says how to get it.
 #[test]
 fn calibrate_finds_a_known_camera() {
     let mut command = Command::new("python3");
