@@ -57,6 +57,13 @@ impl CommandLine {
         self.send(&Command { kind, step: None, ..last }).map(drop)
     }
 
+    /// The motion that was commanded last and the frame that was answered last, where there is one: what comes
+    /// after goes on from there.
+    pub fn last(&self) -> Option<(u64, u64)> {
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        said.last.as_ref().map(|command| (command.id, command.frame_sequence))
+    }
+
     /// The last word of an episode.
     pub fn hold(&self) {
         if let Err(error) = self.say_again(CommandKind::Hold) {

@@ -113,7 +113,7 @@ impl GoalParserMemory {
                 tracing::warn!(%error, "the goal is asked for again, {n} of {n_max} times (goal.retries_max)");
                 Ok(None)
             }
-            Err(error) => Err(Fatal::from(error).into()),
+            Err(error) => Err(Fatal::Goal { why: Box::new(error.into()) }.into()),
         }
     }
 }

@@ -84,6 +84,12 @@ pub enum Fatal {
         /// Which bound, and what it came to.
         message: String,
     },
+    /// The goal cannot be read, or what reads it is not there or gives up: the exit code is that of `why`.
+    #[error("{why}")]
+    Goal {
+        /// Why.
+        why: Box<Self>,
+    },
     /// An actor failed more often than `supervisor.restarts_max`: exit code 1.
     #[error("{actor} failed {failures} times (supervisor.restarts_max): {reason}")]
     Restarts {
@@ -94,6 +100,14 @@ pub enum Fatal {
         /// The last failure.
         reason: String,
     },
+}
+
+impl Fatal {
+    /// The supervisor has ended, and nobody has stopped it.
+    pub fn gone() -> Self {
+        let reason = "it has stopped by itself".to_owned();
+        Self::Restarts { actor: "supervisor", failures: 1, reason }
+    }
 }
 
 impl From<GoalError> for Fatal {

@@ -57,6 +57,11 @@ impl Monitor {
         self.change(actor, |health| health.is_alive = false);
     }
 
+    /// Forgets what was counted of all actors but these: the others start anew with an episode.
+    pub fn keep_only(&self, actors: &[&str]) {
+        self.lock().retain(|name, _| actors.contains(&name.as_str()));
+    }
+
     /// How every actor fares.
     pub fn health(&self) -> Vec<ActorHealth> {
         self.lock().values().cloned().collect()

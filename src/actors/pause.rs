@@ -26,6 +26,11 @@ pub(super) struct Requests {
 }
 
 impl Requests {
+    /// Those that are sent after a time, monotonic clock.
+    pub(super) fn since(since_ns: u64) -> Self {
+        Self { last_ns: since_ns, ..Self::default() }
+    }
+
     /// Takes in a request; what it was, when it is a new one that can be read.
     pub(super) fn take(
         &mut self,

@@ -216,6 +216,13 @@ impl Ports {
 }
 
 impl SkillExecutorMemory {
+    /// At the start of another episode: identities of motions go on growing from `command_id`, and requests of
+    /// before `since_ns` (monotonic clock) were meant for others.
+    pub fn after(command_id: u64, since_ns: u64) -> Self {
+        let (executive, requests) = (Executive::after(command_id), Requests::since(since_ns));
+        Self { executive, requests, ..Self::default() }
+    }
+
     /// Between frames, a robot that moves is told to go on as long as somebody watches it.
     fn beat(&mut self, args: &SkillExecutorArgs, ports: &mut Ports) -> Result<(), ActorError> {
         if let Some(state) = ports.states.drain()? {

@@ -2,7 +2,7 @@
 //! that no restart can help, end the episode. How the actors fare is told on the topic `health`.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use ractor::{Actor, ActorCell, ActorProcessingErr, ActorRef, SupervisionEvent};
@@ -56,11 +56,16 @@ impl std::fmt::Debug for ActorSpec {
     }
 }
 
-/// Where it is told how the actors fare.
-#[derive(Debug)]
+/// Where it is told how the actors fare. A clone tells on the same line.
+#[derive(Debug, Clone)]
 pub struct HealthReport {
     /// What the actors count.
     pub monitor: Monitor,
+    line: Arc<Mutex<HealthLine>>,
+}
+
+#[derive(Debug)]
+struct HealthLine {
     context: Arc<WireContext>,
     publisher: Publisher<StreamHeader, HealthRecord>,
     n_reports: u64,
@@ -76,15 +81,23 @@ impl HealthReport {
         context: Arc<WireContext>,
         monitor: Monitor,
     ) -> Result<Self, TransportError> {
-        Ok(Self { monitor, context, publisher: bus.publisher(&HEALTH)?, n_reports: 0 })
+        let line = HealthLine { context, publisher: bus.publisher(&HEALTH)?, n_reports: 0 };
+        Ok(Self { monitor, line: Arc::new(Mutex::new(line)) })
     }
 
-    fn publish(&mut self) {
-        self.n_reports += 1;
+    /// From now on it is told of another episode, and at once: what the topic keeps is of that one.
+    pub fn go_on_in(&self, context: Arc<WireContext>) {
+        self.line.lock().unwrap_or_else(PoisonError::into_inner).context = context;
+        self.publish();
+    }
+
+    fn publish(&self) {
+        let line = &mut *self.line.lock().unwrap_or_else(PoisonError::into_inner);
+        line.n_reports += 1;
         let actors = self.monitor.health();
-        let report = health_to_wire(self.n_reports, &actors, &self.context);
+        let report = health_to_wire(line.n_reports, &actors, &line.context);
         let sent = report.map_err(|e| e.to_string()).and_then(|(header, records)| {
-            self.publisher.publish(header, &records).map_err(|e| e.to_string())
+            line.publisher.publish(header, &records).map_err(|e| e.to_string())
         });
         if let Err(error) = sent {
             tracing::warn!(error, "health is not told");
@@ -102,6 +115,19 @@ pub struct Supervision {
 }
 
 impl Supervision {
+    /// Waits until something within the tree has failed that no restart can help. Cancel-safe.
+    pub async fn failed(&mut self) -> Fatal {
+        let failed = self.fatal.wait_for(Option::is_some).await.ok();
+        failed.and_then(|fatal| fatal.clone()).unwrap_or_else(Fatal::gone)
+    }
+
+    /// A new episode begins: failures of the ones before count no more.
+    pub fn forgive(&self) {
+        if self.supervisor.cast(Order::Forgive).is_err() {
+            tracing::debug!("the supervisor has ended");
+        }
+    }
+
     /// Stops all actors and waits for them.
     pub async fn stop(self) {
         self.supervisor.stop(None);
@@ -137,6 +163,8 @@ enum Order {
     Restart(usize),
     /// Tell how the actors fare.
     Report,
+    /// Count failures anew.
+    Forgive,
 }
 
 struct Tree {
@@ -213,8 +241,10 @@ impl Actor for Supervisor {
         order: Order,
         tree: &mut Tree,
     ) -> Result<(), ActorProcessingErr> {
-        if let Order::Restart(idx) = order {
-            tree.start(idx, &myself).await?;
+        match order {
+            Order::Restart(idx) => tree.start(idx, &myself).await?,
+            Order::Report => {}
+            Order::Forgive => tree.failures.fill(0),
         }
         tree.health.publish();
         Ok(())

@@ -21,10 +21,12 @@ mod plan;
 mod reports;
 mod run;
 mod schema;
+mod serve;
 mod stop;
 mod services;
 mod stress;
 mod sweep;
+mod task;
 mod topics;
 mod validate;
 
@@ -78,6 +80,11 @@ struct Cli {
 enum Verb {
     /// Run closed-loop episodes.
     Run(run::Args),
+    /// Take goals from the bus, and carry them out one after another.
+    Serve(serve::Args),
+    /// Ask a run that serves for goals.
+    #[command(subcommand)]
+    Task(task::Verb),
     /// Publish frames from this process to a run in another one.
     Camera(camera::Args),
     /// Show, check and describe run files.
@@ -126,6 +133,8 @@ pub fn main() -> ExitCode {
     out::start_log(&cli.log);
     let done = match cli.verb {
         Verb::Run(args) => run::run(&args),
+        Verb::Serve(args) => serve::run(&args),
+        Verb::Task(verb) => task::run(&verb),
         Verb::Camera(args) => camera::run(&args),
         Verb::Config(args) => config::run(&args),
         Verb::Hardware(args) => hardware::run(&args),

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::domain_check::DomainFinding;
+use crate::messages::{TaskState, Verdict};
 use crate::metrics::EpisodeReport;
 use crate::parts::PartOption;
 use crate::pddl::{Atom, Step};
@@ -388,4 +389,45 @@ pub(super) struct KeyOrigin {
     pub(super) file: Option<String>,
     /// The line in that file, from 1.
     pub(super) line: Option<usize>,
+}
+
+/// A line of the output of `groundloop serve --json`: one goal that nothing more comes of.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop serve --json")]
+pub(super) struct ServeReport<'a> {
+    /// The identity that whoever submitted the goal gave it.
+    pub(super) id: &'a str,
+    /// The goal as it was submitted.
+    pub(super) text: &'a str,
+    /// What has become of it.
+    #[schemars(extend("enum" = TaskState::WORDS))]
+    pub(super) state: &'static str,
+    /// Why.
+    pub(super) reason: String,
+    /// Its episode; `null` where that has not come to a verdict.
+    pub(super) episode: Option<&'a EpisodeReport>,
+}
+
+/// Output of `groundloop task submit --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop task submit --json")]
+pub(super) struct TaskReport<'a> {
+    /// The goal's identity.
+    pub(super) id: &'a str,
+    /// The goal as it was submitted.
+    pub(super) text: &'a str,
+    /// What has become of it.
+    #[schemars(extend("enum" = TaskState::WORDS))]
+    pub(super) state: &'static str,
+    /// How its episode ended; `null` without one.
+    #[schemars(extend("enum" = with_null(&Verdict::WORDS)))]
+    pub(super) verdict: Option<&'static str>,
+    /// Why.
+    pub(super) reason: String,
+    /// What was read out of the text, as PDDL; `null` without an episode.
+    pub(super) goal: Option<&'a str>,
+    /// How long its episode took in run time, seconds; `null` without one.
+    pub(super) run_s: Option<f64>,
+    /// Whether the goal really holds, where the world is simulated.
+    pub(super) goal_in_simulator: Option<bool>,
 }

@@ -27,9 +27,9 @@ use crate::transport::wire::{ControlRecord, DeviceHeader};
 use crate::transport::{Bus, BusConfig, EventReader, Publisher};
 
 /// Threads of the runtime: the loop is a pipeline, more would not help one episode.
-const WORKERS: usize = 2;
+pub(super) const WORKERS: usize = 2;
 /// How long is waited for threads that are still at work when the episodes are over.
-const SHUTDOWN_MAX: Duration = Duration::from_secs(1);
+pub(super) const SHUTDOWN_MAX: Duration = Duration::from_secs(1);
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -158,7 +158,8 @@ async fn watched(
     let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
     let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
     let mut events = EventReader::open(&bus)?;
-    let mut teller = Teller::new(args, prepared);
+    let mut teller = Teller::new(prepared, Stream::beside(args.json), args.verbose);
+    teller.is_quiet = args.episodes > 1;
     let snapshot = args.snapshot.clone().map(|path| SnapshotRequest {
         path,
         from_cycle: args.snapshot_from,
@@ -195,21 +196,20 @@ async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
 }
 
 /// Tells people what happens.
-struct Teller {
+pub(super) struct Teller {
     narrator: Narrator,
     stream: Stream,
     is_quiet: bool,
 }
 
 impl Teller {
-    fn new(args: &Args, prepared: &PreparedRun) -> Self {
+    pub(super) fn new(prepared: &PreparedRun, stream: Stream, verbose: bool) -> Self {
         let orders = prepared.folder.perception.constraints.strict_order.clone();
-        let stream = Stream::beside(args.json);
-        let style = Style { colour: stream.has_colours(), verbose: args.verbose, orders };
-        Self { narrator: Narrator::new(style), stream, is_quiet: args.episodes > 1 }
+        let style = Style { colour: stream.has_colours(), verbose, orders };
+        Self { narrator: Narrator::new(style), stream, is_quiet: false }
     }
 
-    fn tell(&mut self, message: &EventMessage) {
+    pub(super) fn tell(&mut self, message: &EventMessage) {
         let EventMessage { cause, event, .. } = message;
         if !self.is_quiet {
             let columns = self.stream.columns();
@@ -219,7 +219,7 @@ impl Teller {
 }
 
 /// Turns Ctrl-C, SIGTERM and SIGHUP into a stop that the loop carries out; a second one ends at once.
-fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
+pub(super) fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
     let (sender, receiver) = watch::channel(None);
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;

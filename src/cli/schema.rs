@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::reports::{
     ConfigReport, DomainCheckReport, ExemplarCheckReport, GoalReport, GroundReport, PartsReport,
-    PlanReport, RunReport, ValidationReport,
+    PlanReport, RunReport, ServeReport, TaskReport, ValidationReport,
 };
 use super::{Failure, out};
 use crate::eval::prodgv::EvaluationReport;
@@ -41,8 +41,10 @@ const SCHEMAS: &[(&str, Make)] = &[
     ("parts", schema::<PartsReport>),
     ("plan", schema::<PlanReport>),
     ("run", schema::<RunReport<'_>>),
+    ("serve", schema::<ServeReport<'_>>),
     ("stress", schema::<StressReport>),
     ("sweep-report", schema::<crate::sweep::SweepReport>),
+    ("task", schema::<TaskReport<'_>>),
     ("validate", schema::<ValidationReport>),
 ];
 

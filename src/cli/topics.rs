@@ -196,10 +196,10 @@ impl Actors {
     }
 
     fn poll(&mut self) -> Result<(), Failure> {
-        if self.context.is_none() {
-            let read = |message: Received<_, _>| run_from_wire(message.records());
-            self.context = self.descriptions.drain_newest_of(read)?.map(|(_, context)| context);
-        }
+        // A run that takes goals describes itself anew for each.
+        let read = |message: Received<_, _>| run_from_wire(message.records());
+        let described = self.descriptions.drain_newest_of(read)?.map(|(_, context)| context);
+        self.context = described.or(self.context.take());
         let Some(context) = &self.context else { return Ok(()) };
         let read = |m: Received<_, _>| health_from_wire(m.header(), m.records(), context);
         for health in self.reports.drain_newest_of(read)?.into_iter().flatten() {

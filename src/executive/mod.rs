@@ -148,6 +148,12 @@ enum Phase {
 }
 
 impl Executive {
+    /// The loop of another episode for a robot that has been commanded before: identities of motions go on
+    /// growing from `command_id`.
+    pub fn after(command_id: u64) -> Self {
+        Self { last_command_id: command_id, ..Self::default() }
+    }
+
     /// Decides the answer to one cycle.
     pub fn on(&mut self, config: &ExecutiveConfig, input: &CycleInput<'_>) -> Decision {
         let mut cycle = Cycle {

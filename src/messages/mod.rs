@@ -4,6 +4,7 @@ mod control;
 mod device;
 mod event;
 mod health;
+mod request;
 mod run;
 mod plan_source;
 mod task;
@@ -17,6 +18,7 @@ pub use device::{
 pub use event::{Deviation, Event, EventMessage, ReplanCause};
 pub use health::{ActorHealth, FaultCounts, FrameFault};
 pub use plan_source::{PlanSource, Reuse};
+pub use request::{Submission, TaskRequest, TaskResult, TaskState, TaskStatus};
 pub use run::RunDescriptor;
 pub use task::{
     Dispatch, Effects, GoalMessage, GoalUpdate, PlanMessage, PlanVerdict, Spent, StepOutcome,

@@ -24,4 +24,7 @@ pub struct RunDescriptor {
     pub program_version: String,
     /// Version of the layouts in shared memory.
     pub wire_schema: u32,
+    /// Whether the run waits for goals on the topic `task`. It describes itself anew for each of them, with a
+    /// `run_id` that no other has.
+    pub takes_tasks: bool,
 }

@@ -10,8 +10,8 @@ use super::audit::{Audit, every_object};
 use super::diary::Diary;
 use super::observer::{Observed, Observer};
 use super::scoring::{Words, with_unseen};
-use super::wiring::{PreparedRun, Shared};
-use super::{RunError, new_run_id};
+use super::wiring::{Before, PreparedRun, Shared};
+use super::{HardwarePorts, RunError};
 use crate::actors::{
     ActorSpec, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, Supervision,
     SystemFaults, snapshot, supervise,
@@ -21,7 +21,7 @@ use crate::executive::ExecutiveMode;
 use crate::hardware::TrueHistory;
 use crate::logic::Bindings;
 use crate::messages::{ActorHealth, GoalMessage, RunDescriptor};
-use crate::metrics::{EpisodeReport, EpisodeResult, Latencies};
+use crate::metrics::{EpisodeReport, EpisodeResult, FaultRecord, Latencies};
 use crate::scene::Scene;
 use crate::transport::convert::{WireContext, run_to_wire};
 use crate::transport::topics::RUN;
@@ -57,74 +57,164 @@ pub async fn run_episode(
     prepared: &PreparedRun,
     options: EpisodeOptions,
 ) -> Result<Episode, RunError> {
-    let (started_ns, cpu_ns) = (monotonic_ns(), process_cpu_ns());
-    let bus = options.bus;
-    let run_id = new_run_id();
-    let folder = &prepared.folder;
-    let context = Arc::new(WireContext::new(run_id, folder.hash, folder.domain.clone()));
+    let started = Started::now();
+    let context = prepared.new_context();
     prepared.check_room()?;
-    let _description = describe(prepared, &bus, run_id)?;
-    let hardware = prepared.hardware()?;
-    let mut observer = Observer::open(&bus, Arc::clone(&context))?;
-    if hardware.camera.history.is_some() {
-        observer = observer.with_diary();
-    }
-    let config = &prepared.config;
-    let faults = config.faults_at_rate();
-    let faults = (faults.as_slice(), config.seed);
-    let faults = SystemFaults::open(faults, &config.loop_shape(&config.used_cameras()), &bus)?;
-    let monitor = Monitor::new(faults.clone());
-    let bus = bus.disturbed(Arc::new(faults.clone()));
-    let commands = Arc::new(CommandLine::open(&bus)?);
-    let shared = Shared {
-        context: Arc::clone(&context),
-        monitor: monitor.clone(),
-        commands: Arc::clone(&commands),
-    };
-    let mut actors = prepared.core_actors(&bus, &shared, &hardware)?;
+    let mut description = Description::open(&options.bus)?;
+    description.tell(prepared, (options.bus.run(), context.run_id), false)?;
+    let station = Station::open(prepared, options.bus, &context)?;
     let drawing = Arc::new(Mutex::new(()));
-    actors.extend(options.snapshot.map(|request| {
+    let snapshot = options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
-            bus: bus.clone(),
-            context: Arc::clone(&shared.context),
-            perception: folder.perception.clone(),
+            bus: station.bus.clone(),
+            context: Arc::clone(&context),
+            perception: prepared.folder.perception.clone(),
             instruction: prepared.config.goal.text.clone(),
             request,
             drawing: Arc::clone(&drawing),
         };
         let args = Arc::new(args);
         ActorSpec::new("snapshot", move || snapshot::serve(Arc::clone(&args)))
-    }));
-    actors.extend(hardware.actors(&bus, &monitor));
-    let health = HealthReport::open(&bus, context, monitor.clone())?;
-    let mut supervision = supervise(actors, prepared.config.supervisor.clone(), health).await?;
-    let ended = tokio::select! {
-        ended = observer.watch() => ended.map_err(RunError::from),
-        failed = supervision.fatal.wait_for(Option::is_some) => {
-            Err(failed.ok().and_then(|fatal| fatal.clone()).unwrap_or_else(gone).into())
-        }
-    };
-    let line = (ended.is_err() && hardware.robot.acts).then_some(&*commands);
-    stop_all(supervision, line).await;
+    });
+    let more = snapshot.into_iter().chain(station.hardware_actors()).collect();
+    let played = station.play(prepared, Play { context, started, before: None, more }).await;
     drop(drawing.lock().await);
-    ended?;
-    let Observed { result, goal, diary, health } = observer.finish()?.ok_or_else(gone)?;
-    let seconds = |ns: u64| ns as f64 / 1e9;
-    let (wall_ns, cpu_ns) = (monotonic_ns() - started_ns, process_cpu_ns() - cpu_ns);
-    let mut report = report(prepared.config.seed, &result, &health, [wall_ns, cpu_ns].map(seconds));
-    report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
-    report.faults = hardware.robot.faults.map(|faults| faults()).unwrap_or_default();
-    report.faults.extend(faults.records());
-    report.faults.sort_by_key(|record| (record.at_ns, record.fault));
-    if let Some(history) = hardware.camera.history {
-        judge(prepared, &history(), (&diary, &result, goal.as_ref()), &mut report);
+    played
+}
+
+/// When an episode began.
+pub(super) struct Started {
+    wall_ns: u64,
+    cpu_ns: u64,
+}
+
+impl Started {
+    pub(super) fn now() -> Self {
+        Self { wall_ns: monotonic_ns(), cpu_ns: process_cpu_ns() }
     }
-    Ok(Episode { report, end: result })
+
+    /// Wall-clock and processor time since, seconds.
+    fn seconds(&self) -> [f64; 2] {
+        let spent_ns = [monotonic_ns() - self.wall_ns, process_cpu_ns() - self.cpu_ns];
+        spent_ns.map(|ns| ns as f64 / 1e9)
+    }
+}
+
+/// One episode of a station.
+pub(super) struct Play {
+    pub(super) context: Arc<WireContext>,
+    pub(super) started: Started,
+    /// What came before, where the station outlives its episodes.
+    pub(super) before: Option<Before>,
+    /// Actors that end with the episode, besides those that every run has.
+    pub(super) more: Vec<ActorSpec>,
+}
+
+/// What an episode takes place on, and what may outlive it: the hardware, the line to the robot, and what is
+/// counted of the actors.
+pub(super) struct Station {
+    /// For who watches.
+    plain: Bus,
+    /// For who is watched: its messages may be lost on purpose.
+    pub(super) bus: Bus,
+    hardware: HardwarePorts,
+    faults: SystemFaults,
+    monitor: Monitor,
+    commands: Arc<CommandLine>,
+    pub(super) health: HealthReport,
+}
+
+impl Station {
+    pub(super) fn open(
+        prepared: &PreparedRun,
+        plain: Bus,
+        context: &Arc<WireContext>,
+    ) -> Result<Self, RunError> {
+        let hardware = prepared.hardware()?;
+        let config = &prepared.config;
+        let faults = config.faults_at_rate();
+        let faults = (faults.as_slice(), config.seed);
+        let shape = config.used_cameras();
+        let faults = SystemFaults::open(faults, &config.loop_shape(&shape), &plain)?;
+        let monitor = Monitor::new(faults.clone());
+        let bus = plain.disturbed(Arc::new(faults.clone()));
+        let commands = Arc::new(CommandLine::open(&bus)?);
+        let health = HealthReport::open(&bus, Arc::clone(context), monitor.clone())?;
+        Ok(Self { plain, bus, hardware, faults, monitor, commands, health })
+    }
+
+    /// The actors that play the hardware in this process.
+    pub(super) fn hardware_actors(&self) -> Vec<ActorSpec> {
+        self.hardware.actors(&self.bus, &self.monitor)
+    }
+
+    /// Another episode begins; what it goes on from. The actors of `kept` live on.
+    pub(super) fn go_on_in(&self, context: &Arc<WireContext>, kept: &[&str]) -> Before {
+        self.monitor.keep_only(kept);
+        self.health.go_on_in(Arc::clone(context));
+        let last = self.commands.last();
+        let (command_id, frame_sequence) = last.map_or((0, None), |(id, frame)| (id, Some(frame)));
+        Before { command_id, frame_sequence, since_ns: monotonic_ns() }
+    }
+
+    /// The line to the robot, where one acts.
+    pub(super) fn line(&self) -> Option<&CommandLine> {
+        self.hardware.robot.acts.then_some(&*self.commands)
+    }
+
+    /// Runs one episode to its verdict.
+    pub(super) async fn play(
+        &self,
+        prepared: &PreparedRun,
+        Play { context, started, before, more }: Play,
+    ) -> Result<Episode, RunError> {
+        let mut observer = Observer::open(&self.plain, Arc::clone(&context))?;
+        if self.hardware.camera.history.is_some() {
+            observer = observer.with_diary();
+        }
+        let n_faults =
+            before.map_or([0; 2], |_| [self.world_faults().len(), self.faults.records().len()]);
+        let shared = Shared {
+            context,
+            monitor: self.monitor.clone(),
+            commands: Arc::clone(&self.commands),
+            before,
+        };
+        let mut actors = prepared.core_actors(&self.bus, &shared, &self.hardware)?;
+        actors.extend(more);
+        let config = prepared.config.supervisor.clone();
+        let mut supervision = supervise(actors, config, self.health.clone()).await?;
+        let ended = tokio::select! {
+            ended = observer.watch() => ended.map_err(RunError::from),
+            fatal = supervision.failed() => Err(fatal.into()),
+        };
+        stop_all(supervision, self.line().filter(|_| ended.is_err())).await;
+        ended?;
+        let Observed { result, goal, diary, health } =
+            observer.finish()?.ok_or_else(Fatal::gone)?;
+        let mut report = report(prepared.config.seed, &result, &health, started.seconds());
+        report.goal = goal.as_ref().map(|goal| goal.goal.to_string()).unwrap_or_default();
+        report.faults = self.world_faults().split_off(n_faults[0]);
+        report.faults.extend(self.faults.records().split_off(n_faults[1]));
+        report.faults.sort_by_key(|record| (record.at_ns, record.fault));
+        if let Some(history) = &self.hardware.camera.history {
+            let mut history = history();
+            let answered = before.and_then(|before| before.frame_sequence);
+            history.dispatches.retain(|dispatch| Some(dispatch.frame_sequence) > answered);
+            judge(prepared, &history, (&diary, &result, goal.as_ref()), &mut report);
+        }
+        Ok(Episode { report, end: result })
+    }
+
+    /// What has gone wrong in the simulated world, so far.
+    fn world_faults(&self) -> Vec<FaultRecord> {
+        self.hardware.robot.faults.as_ref().map(|faults| faults()).unwrap_or_default()
+    }
 }
 
 /// Stops all actors; on a line to the robot it is told to hold: at once, and after the last actor has
 /// said its last word.
-async fn stop_all(supervision: Supervision, line: Option<&CommandLine>) {
+pub(super) async fn stop_all(supervision: Supervision, line: Option<&CommandLine>) {
     line.inspect(|line| line.hold());
     if tokio::time::timeout(STOP_MAX, supervision.stop()).await.is_err() {
         tracing::warn!("actors that did not end within {} s are left alone", STOP_MAX.as_secs());
@@ -158,38 +248,45 @@ fn judge(
     audit.follow(&mut report.faults);
 }
 
-fn gone() -> Fatal {
-    Fatal::Restarts {
-        actor: "supervisor",
-        failures: 1,
-        reason: "it has stopped by itself".to_owned(),
-    }
+/// The run's description of itself for whoever joins; it stays as long as this does.
+pub(super) struct Description {
+    publisher: Publisher<DeviceHeader, u8>,
+    n_told: u64,
 }
 
-/// Describes the run for whoever joins; the description stays as long as what is returned.
-fn describe(
-    prepared: &PreparedRun,
-    bus: &Bus,
-    run_id: u64,
-) -> Result<Publisher<DeviceHeader, u8>, RunError> {
-    let folder = &prepared.folder;
-    let description = RunDescriptor {
-        run_id,
-        run: bus.run().to_owned(),
-        domain: folder.domain.name.to_string(),
-        domain_text: folder.domain_text.clone(),
-        domain_hash: folder.hash,
-        config: prepared.config.resolved.clone(),
-        seed: prepared.config.seed,
-        program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        wire_schema: SCHEMA,
-    };
-    bus.refuse_second::<DeviceHeader, u8>(&RUN)?;
-    let publisher = bus.publisher(&RUN)?;
-    let written = run_to_wire(&description);
-    let (header, text) = written.map_err(|e| Fatal::BadInput { message: e.to_string() })?;
-    publisher.publish(header, &text)?;
-    Ok(publisher)
+impl Description {
+    /// Opens the topic; a second run of the name is refused.
+    pub(super) fn open(bus: &Bus) -> Result<Self, RunError> {
+        bus.refuse_second::<DeviceHeader, u8>(&RUN)?;
+        Ok(Self { publisher: bus.publisher(&RUN)?, n_told: 0 })
+    }
+
+    /// Describes the run, by its name and identity.
+    pub(super) fn tell(
+        &mut self,
+        prepared: &PreparedRun,
+        (run, run_id): (&str, u64),
+        takes_tasks: bool,
+    ) -> Result<(), RunError> {
+        let folder = &prepared.folder;
+        let description = RunDescriptor {
+            run_id,
+            run: run.to_owned(),
+            domain: folder.domain.name.to_string(),
+            domain_text: folder.domain_text.clone(),
+            domain_hash: folder.hash,
+            config: prepared.config.resolved.clone(),
+            seed: prepared.config.seed,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            wire_schema: SCHEMA,
+            takes_tasks,
+        };
+        let written = run_to_wire(&description);
+        let (header, text) = written.map_err(|e| Fatal::BadInput { message: e.to_string() })?;
+        let sequence = self.n_told;
+        self.n_told += 1;
+        Ok(self.publisher.publish(DeviceHeader { sequence, ..header }, &text)?)
+    }
 }
 
 fn report(

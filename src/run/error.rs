@@ -191,16 +191,24 @@ impl RunError {
     /// The process's exit code for it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Fatal(Fatal::Missing { .. }) => 5,
+            Self::Fatal(fatal) => exit_code(fatal),
             Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Part(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Grounder(error)) if error.is_missing() => 5,
             Self::Config(_)
-            | Self::Fatal(Fatal::BadInput { .. })
             | Self::Snapshot { .. }
             | Self::Transport(TransportError::Taken { .. } | TransportError::Name { .. }) => 2,
-            Self::Fatal(Fatal::GaveUp { .. }) => 4,
-            Self::Transport(_) | Self::Fatal(Fatal::Restarts { .. }) => 1,
+            Self::Transport(_) => 1,
         }
+    }
+}
+
+fn exit_code(fatal: &Fatal) -> u8 {
+    match fatal {
+        Fatal::Missing { .. } => 5,
+        Fatal::BadInput { .. } => 2,
+        Fatal::GaveUp { .. } => 4,
+        Fatal::Goal { why } => exit_code(why),
+        Fatal::Restarts { .. } => 1,
     }
 }

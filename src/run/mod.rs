@@ -4,6 +4,7 @@ mod error;
 mod find;
 mod load;
 mod cameras;
+mod task_queue;
 mod run_file;
 mod camera_choice;
 mod schema;
@@ -23,6 +24,7 @@ mod observer;
 mod scoring;
 mod audit;
 mod episode;
+mod service;
 #[cfg(test)]
 mod tests;
 
@@ -44,5 +46,7 @@ pub use run_file::{
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};
 pub use self_check::CameraCheck;
+pub use service::{ServeNews, ServeOptions, serve};
 pub use still_image::{StillImageParts, StillImageReader};
+pub use task_queue::ServeConfig;
 pub use wiring::PreparedRun;

@@ -1,4 +1,4 @@
-//! Detectors that are made and taught before the first episode, which takes them.
+//! Detectors that are made and taught before an episode, which takes them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,6 +13,10 @@ pub(super) struct ReadyDetectors(Arc<Mutex<BTreeMap<String, Box<dyn Detector>>>>
 impl ReadyDetectors {
     pub(super) fn put(&self, camera: &str, detector: Box<dyn Detector>) {
         self.lock().insert(camera.to_owned(), detector);
+    }
+
+    pub(super) fn has(&self, camera: &str) -> bool {
+        self.lock().contains_key(camera)
     }
 
     pub(super) fn take(&self, camera: &str) -> Option<Box<dyn Detector>> {

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CameraConfig, ConfigError, DomainFolder, ExemplarConfig, OtherCameraConfig};
+use super::{
+    CameraConfig, ConfigError, DomainFolder, ExemplarConfig, OtherCameraConfig, ServeConfig,
+};
 use crate::actors::SupervisorConfig;
 use crate::clock::ClockKind;
 use crate::executive::{ExecutiveMode, Limits};
@@ -73,6 +75,8 @@ pub struct RunConfig {
     pub limits: Limits,
     /// How failed actors are restarted.
     pub supervisor: SupervisorConfig,
+    /// The goals of `groundloop serve`.
+    pub serve: ServeConfig,
     /// The simulated world, for a camera of kind "sim".
     #[cfg_attr(feature = "sim", schemars(with = "Option<crate::hardware::sim::SimConfig>"))]
     #[cfg_attr(

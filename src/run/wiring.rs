@@ -1,6 +1,6 @@
 //! From a run file to actors that are ready to start.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use super::ready_detectors::ReadyDetectors;
 use super::scaled_examples::{Examples, scaled_examples, size_of};
 use super::{
     ConfigError, DetectorMode, DomainFolder, GoalConfig, HardwarePorts, PlannerSetup, RunConfig,
-    StillImageParts, environment, in_data,
+    StillImageParts, environment, in_data, new_run_id,
 };
 use crate::actors::{
     ActorSpec, Checkpoint, CommandLine, Fatal, Monitor, goal_parser, scene_parser, skill_executor,
@@ -19,7 +19,7 @@ use crate::executive::ExecutiveConfig;
 use crate::goals::{GOALS, GoalInputs, GoalSource};
 use crate::hardware::{CameraPort, RobotPort};
 use crate::logic::Facts;
-use crate::messages::MAIN_CAMERA;
+use crate::messages::{MAIN_CAMERA, Submission};
 use crate::mismatch::Mismatch;
 use crate::parts::{PartChoice, PartContext};
 use crate::perception::detectors::Detector;
@@ -46,6 +46,7 @@ pub struct PreparedRun {
     /// Made once: it may have looked at an image or hold a connection.
     goal: Arc<dyn GoalSource>,
     ready: ReadyDetectors,
+    data: Option<PathBuf>,
 }
 
 /// What the actors of one episode share besides the bus.
@@ -53,6 +54,18 @@ pub(super) struct Shared {
     pub(super) context: Arc<WireContext>,
     pub(super) monitor: Monitor,
     pub(super) commands: Arc<CommandLine>,
+    pub(super) before: Option<Before>,
+}
+
+/// Where an episode goes on that is not the first one of its robot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Before {
+    /// The motion that was commanded last.
+    pub(super) command_id: u64,
+    /// The frame that was answered last; none where there was none.
+    pub(super) frame_sequence: Option<u64>,
+    /// When the episode begins, monotonic clock: requests of before were meant for others.
+    pub(super) since_ns: u64,
 }
 
 impl PreparedRun {
@@ -71,9 +84,11 @@ impl PreparedRun {
         });
         let others = others.collect::<Result<Vec<_>, ConfigError>>()?;
         let (folder, examples) = (Arc::new(folder), Arc::new(examples));
-        let goal = goal_source(&config, &folder, &examples, data)?.into();
+        let origin = format!("{}: goal.text", config.origin);
+        let goal = goal_source(&config, &folder, &examples, (&origin, data))?.into();
         let ready = ReadyDetectors::default();
-        let mut prepared = Self { config, folder, examples, others, skills, goal, ready };
+        let data = data.map(Path::to_owned);
+        let mut prepared = Self { config, folder, examples, others, skills, goal, ready, data };
         // Whatever may fail fails here, before anything starts.
         let hardware = prepared.hardware()?;
         prepared.scale_examples(&hardware)?;
@@ -84,6 +99,40 @@ impl PreparedRun {
         #[cfg(feature = "sim")]
         prepared.config.warn_of_scene(&prepared.folder)?;
         Ok(prepared)
+    }
+
+    /// The same with another goal.
+    ///
+    /// # Errors
+    /// [`ConfigError`]: nothing reads goals of its kind, or what reads it cannot be made.
+    pub(super) fn with_goal(&self, task: &Submission) -> Result<Self, ConfigError> {
+        let mut config = self.config.clone();
+        config.goal.text.clone_from(&task.text);
+        if let Some(kind) = task.kind.as_ref().filter(|kind| **kind != config.goal.kind) {
+            // Options are those of the run file's kind.
+            (config.goal.kind, config.goal.options) = (kind.clone(), None);
+        }
+        let (origin, data) = (format!("goal {}", task.id), self.data.as_deref());
+        let goal = goal_source(&config, &self.folder, &self.examples, (&origin, data))?.into();
+        Ok(Self { config, goal, ..self.clone() })
+    }
+
+    /// What both ends of the topics of another episode agree on.
+    pub(super) fn new_context(&self) -> Arc<WireContext> {
+        let (hash, domain) = (self.folder.hash, self.folder.domain.clone());
+        Arc::new(WireContext::new(new_run_id(), hash, domain))
+    }
+
+    /// Makes the detectors that have been taken anew, so that the next episode starts at once.
+    pub(super) fn make_ready(&self) -> Result<(), ConfigError> {
+        let main = (MAIN_CAMERA, &self.examples);
+        let others = self.others.iter().map(|other| (other.name.as_str(), &other.examples));
+        for (camera, examples) in std::iter::once(main).chain(others) {
+            if !self.ready.has(camera) {
+                self.ready.put(camera, self.detector(camera, examples)?);
+            }
+        }
+        Ok(())
     }
 
     /// Makes the detector of every camera for the first episode, and warns of examples that it does
@@ -245,6 +294,8 @@ impl PreparedRun {
         };
         let cameras = std::iter::once(Ok(main)).chain(others);
         let skew = Duration::from_secs_f64(self.config.camera.skew_ms_max / 1000.0);
+        let answered = shared.before.and_then(|before| before.frame_sequence);
+        let memory = answered.map(scene_parser::SceneParserMemory::after).unwrap_or_default();
         let args = Arc::new(scene_parser::SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
@@ -255,7 +306,7 @@ impl PreparedRun {
             beside: beside && self.config.clock == ClockKind::Realtime,
             awaits_robot: hardware.robot.acts && self.config.clock == ClockKind::Lockstep,
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
-            checkpoint: Checkpoint::default(),
+            checkpoint: Checkpoint::new(memory),
             monitor: shared.monitor.clone(),
         });
         Ok(ActorSpec::new("scene_parser", move || scene_parser::serve(Arc::clone(&args))))
@@ -283,6 +334,9 @@ impl PreparedRun {
             limits: self.config.limits.clone(),
             mode: self.config.executive,
         };
+        let memory = shared.before.map(|Before { command_id, since_ns, .. }| {
+            skill_executor::SkillExecutorMemory::after(command_id, since_ns)
+        });
         let args = Arc::new(skill_executor::SkillExecutorArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
@@ -291,7 +345,7 @@ impl PreparedRun {
             commands: Arc::clone(&shared.commands),
             frame_s: 1.0 / self.config.camera.rate_hz,
             robot_wait: Duration::from_secs_f64(self.config.robot.wait_s),
-            checkpoint: Checkpoint::default(),
+            checkpoint: Checkpoint::new(memory.unwrap_or_default()),
             monitor: shared.monitor.clone(),
         });
         ActorSpec::new("skill_executor", move || skill_executor::serve(Arc::clone(&args)))
@@ -341,7 +395,7 @@ fn goal_source(
     config: &RunConfig,
     folder: &Arc<DomainFolder>,
     examples: &Examples,
-    data: Option<&Path>,
+    (origin, data): (&str, Option<&Path>),
 ) -> Result<Box<dyn GoalSource>, ConfigError> {
     let parts = StillImageParts {
         folder: Arc::clone(folder),
@@ -356,7 +410,7 @@ fn goal_source(
         .with_answers(config.recorded_answers());
     let text = in_data("goal.text", text, data)?;
     let inputs = GoalInputs {
-        origin: &format!("{}: goal.text", config.origin),
+        origin,
         text: &text.to_string_lossy(),
         language: folder.language.as_ref(),
         perception: Some(&folder.perception),

@@ -11,6 +11,7 @@ mod bus;
 mod silence;
 pub mod convert;
 mod join;
+mod task_client;
 mod taps;
 mod reason;
 
@@ -25,7 +26,10 @@ use reason::reason;
 pub use services::Record;
 pub use silence::{SilenceCause, TopicSilence};
 pub use taps::{Tap, TappedMessage};
+pub use task_client::TaskClient;
 pub use told::Told;
+
+use convert::WireError;
 
 /// The bus does not work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -67,6 +71,9 @@ pub enum TransportError {
         /// What a name is.
         expected: String,
     },
+    /// What is to be sent cannot be.
+    #[error(transparent)]
+    Unsayable(#[from] WireError),
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]
     Send {

@@ -80,7 +80,7 @@ impl<H: WireHeader, R: Record> Tap for Reader<H, R> {
 type Open = fn(&Bus, &Topic) -> Result<Box<dyn Tap>, TransportError>;
 
 /// How each topic is read.
-const READERS: [(&str, Open); 14] = [
+const READERS: [(&str, Open); 16] = [
     ("robot/state", |bus, topic| tap(bus, topic, show_state)),
     ("robot/command", |bus, topic| tap(bus, topic, show_command)),
     ("robot/status", |bus, topic| tap(bus, topic, show_status)),
@@ -95,6 +95,8 @@ const READERS: [(&str, Open); 14] = [
     ("control", |bus, topic| tap::<DeviceHeader, ControlRecord>(bus, topic, show_control)),
     ("health", |bus, topic| tap::<StreamHeader, HealthRecord>(bus, topic, show_stream)),
     ("run", |bus, topic| tap::<DeviceHeader, u8>(bus, topic, |_, text| show_text(text))),
+    ("task", |bus, topic| tap::<DeviceHeader, u8>(bus, topic, |_, text| show_text(text))),
+    ("task/status", |bus, topic| tap::<DeviceHeader, u8>(bus, topic, |_, text| show_text(text))),
 ];
 
 fn tap<H: WireHeader, R: Record>(

@@ -36,6 +36,8 @@ const ONE_WRITER: usize = 2;
 const EVENTS_HISTORY: usize = 64;
 /// Processes that may send requests at a time.
 const CONTROL_WRITERS_MAX: usize = 16;
+/// What has become of goals, that a late joiner gets.
+const TASK_STATUS_HISTORY: usize = 64;
 /// Bytes of the first allocation of a topic whose messages are text.
 const TEXT_BYTES: usize = 4096;
 
@@ -100,6 +102,11 @@ pub const CONTROL: Topic = Topic { writers_max: CONTROL_WRITERS_MAX, ..stream("c
 pub const HEALTH: Topic = state("health", 8);
 /// What a process must know to take part, as JSON: run → every process that joins.
 pub const RUN: Topic = text("run", 1);
+/// Goals for a long-lived run, and that they are cancelled, as JSON: any process → run. Nothing is kept: who asks,
+/// asks again until `task/status` answers.
+pub const TASK: Topic = Topic { writers_max: CONTROL_WRITERS_MAX, ..text("task", 0) };
+/// What becomes of each of them, as JSON: run → whoever asked, viewers.
+pub const TASK_STATUS: Topic = text("task/status", TASK_STATUS_HISTORY);
 
 /// All topics, for tools and tests.
 pub const TOPICS: &[Topic] = &[
@@ -119,6 +126,8 @@ pub const TOPICS: &[Topic] = &[
     CONTROL,
     HEALTH,
     RUN,
+    TASK,
+    TASK_STATUS,
 ];
 
 /// The topics of one camera: `camera/<id>/rgb` and `camera/<id>/depth`.

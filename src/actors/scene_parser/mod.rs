@@ -231,6 +231,11 @@ impl From<&FrameHeader> for FrameStamp {
 }
 
 impl SceneParserMemory {
+    /// At the start of another episode: the frame that was answered last is no news.
+    pub fn after(frame_sequence: u64) -> Self {
+        Self { last_frame: Some(frame_sequence), ..Self::default() }
+    }
+
     /// What the detector is asked for beside the domain's types: what the goal names and nobody has
     /// seen.
     fn phrases(&self, config: &ParserConfig) -> Vec<String> {

@@ -424,7 +424,11 @@ impl Robot for SimRobot {
             return;
         }
         if command.frame_sequence != hardware.frame {
-            return; // answered before a restart
+            // Answered before a restart. Who is told to stand still does so all the same; no time passes.
+            if command.kind == CommandKind::Hold {
+                hardware.obey(command);
+            }
+            return;
         }
         hardware.obey(command);
         hardware.answered = Some(hardware.frame);

@@ -6,6 +6,7 @@ mod dispatch;
 mod loop_state;
 mod plan;
 mod report;
+mod request;
 mod task;
 mod text;
 #[cfg(test)]
@@ -30,6 +31,10 @@ pub use loop_state::{
 pub use plan::{plan_from_wire, plan_to_wire};
 pub use report::{
     end_from_wire, end_to_wire, event_from_wire, event_to_wire, run_from_wire, run_to_wire,
+};
+pub use request::{
+    TASK_ID_BYTES_MAX, TASK_TEXT_BYTES_MAX, task_request_from_wire, task_request_to_wire,
+    task_status_from_wire, task_status_to_wire,
 };
 pub use task::{
     goal_from_wire, goal_to_wire, outcome_from_wire, outcome_to_wire, scene_from_wire,

@@ -119,11 +119,14 @@ pub fn run_from_wire(payload: &[u8]) -> Result<(RunDescriptor, WireContext), Wir
     Ok((run, context))
 }
 
-fn to_json<T: Serialize>(field: &'static str, value: &T) -> Result<Vec<u8>, WireError> {
+pub(super) fn to_json<T: Serialize>(field: &'static str, value: &T) -> Result<Vec<u8>, WireError> {
     serde_json::to_vec(value).map_err(|e| WireError::new(field, "what JSON can say", e))
 }
 
-fn from_json<T: DeserializeOwned>(field: &'static str, payload: &[u8]) -> Result<T, WireError> {
+pub(super) fn from_json<T: DeserializeOwned>(
+    field: &'static str,
+    payload: &[u8],
+) -> Result<T, WireError> {
     if payload.len() > TEXT_BYTES_MAX {
         return Err(WireError::new(field, format!("{TEXT_BYTES_MAX} bytes"), payload.len()));
     }
@@ -168,7 +171,7 @@ fn check_deviation(deviation: &Deviation, context: &WireContext) -> Result<(), W
     missing.iter().chain(seen).chain(unknown).try_for_each(|atom| check_atom(atom, context))
 }
 
-fn check_verdict(verdict: &Verdict) -> Result<(), WireError> {
+pub(super) fn check_verdict(verdict: &Verdict) -> Result<(), WireError> {
     match verdict {
         Verdict::Unsolvable { proof } => check_text(proof),
         Verdict::GaveUp { detail, .. } => check_text(detail),
@@ -204,7 +207,7 @@ fn check_call(
 }
 
 /// Text that people read on a terminal: no control characters.
-fn check_text(text: &str) -> Result<(), WireError> {
+pub(super) fn check_text(text: &str) -> Result<(), WireError> {
     if text.chars().any(char::is_control) {
         return Err(WireError::new("text", "a line without control characters", quoted(text)));
     }

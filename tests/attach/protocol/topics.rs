@@ -16,7 +16,7 @@ const fn spoken(name: &'static str, layouts: [&'static str; 2], ends: [&'static 
 }
 
 /// All topics, in the order of `transport/topics.rs`.
-pub(crate) const TOPICS: [Spoken; 16] = [
+pub(crate) const TOPICS: [Spoken; 18] = [
     spoken(
         "camera/main/rgb",
         ["FrameHeader", "bytes: packed RGB8, row by row"],
@@ -61,4 +61,10 @@ pub(crate) const TOPICS: [Spoken; 16] = [
     spoken("control", ["DeviceHeader", "one ControlRecord"], ["any process", "executor"]),
     spoken("health", ["StreamHeader", "HealthRecords"], ["supervisor", "viewers"]),
     spoken("run", ["DeviceHeader", "bytes: JSON"], ["run", "who joins"]),
+    spoken("task", ["DeviceHeader", "bytes: JSON"], ["any process", "run that serves"]),
+    spoken(
+        "task/status",
+        ["DeviceHeader", "bytes: JSON"],
+        ["run that serves", "who asked, viewers"],
+    ),
 ];
