@@ -24,6 +24,11 @@ impl Executive {
             let looked_into = self.re_observe_anomalies(cycle, &[]);
             return looked_into.unwrap_or(Answer::End(Verdict::Planned));
         }
+        // A robot that was told to hold when another episode ended may not stand yet.
+        let moving = cycle.input.robot.and_then(|robot| robot.command_id);
+        if moving.is_some_and(|id| id <= self.command_id_before) {
+            return self.look(cycle, "the robot does not stand still yet".to_owned());
+        }
         match Self::may_start(cycle, step) {
             Ok(()) => {}
             Err(Refusal::NotYet(reason)) => return self.look(cycle, reason),

@@ -105,6 +105,8 @@ pub struct Executive {
     causes: Vec<ReplanCause>,
     held: Option<Held>,
     last_command_id: u64,
+    /// The last command of the episode before, 0 without one.
+    command_id_before: u64,
     n_dispatches: u64,
     n_outcomes: u64,
     failures: BTreeMap<Step, u32>,
@@ -151,7 +153,7 @@ impl Executive {
     /// The loop of another episode for a robot that has been commanded before: identities of motions go on
     /// growing from `command_id`.
     pub fn after(command_id: u64) -> Self {
-        Self { last_command_id: command_id, ..Self::default() }
+        Self { last_command_id: command_id, command_id_before: command_id, ..Self::default() }
     }
 
     /// Decides the answer to one cycle.

@@ -1,6 +1,6 @@
 //! One episode: start the actors, wait for the end, report.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::Mutex;
@@ -12,8 +12,9 @@ use super::observer::{Observed, Observer};
 use super::scoring::{Words, with_unseen};
 use super::wiring::{Before, PreparedRun, Shared};
 use super::{HardwarePorts, RunError};
+use crate::actors::scene_parser::SceneParserMemory;
 use crate::actors::{
-    ActorSpec, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, Supervision,
+    ActorSpec, Checkpoint, CommandLine, Fatal, HealthReport, Monitor, SnapshotRequest, Supervision,
     SystemFaults, snapshot, supervise,
 };
 use crate::clock::{monotonic_ns, process_cpu_ns};
@@ -122,6 +123,8 @@ pub(super) struct Station {
     monitor: Monitor,
     commands: Arc<CommandLine>,
     pub(super) health: HealthReport,
+    /// The memory of the newest scene parser.
+    parser: std::sync::Mutex<Checkpoint<SceneParserMemory>>,
 }
 
 impl Station {
@@ -140,7 +143,8 @@ impl Station {
         let bus = plain.disturbed(Arc::new(faults.clone()));
         let commands = Arc::new(CommandLine::open(&bus)?);
         let health = HealthReport::open(&bus, Arc::clone(context), monitor.clone())?;
-        Ok(Self { plain, bus, hardware, faults, monitor, commands, health })
+        let parser = std::sync::Mutex::default();
+        Ok(Self { plain, bus, hardware, faults, monitor, commands, health, parser })
     }
 
     /// The actors that play the hardware in this process.
@@ -154,6 +158,9 @@ impl Station {
         self.health.go_on_in(Arc::clone(context));
         let last = self.commands.last();
         let (command_id, frame_sequence) = last.map_or((0, None), |(id, frame)| (id, Some(frame)));
+        // In memory of its own: a parser that hangs may still write into that of the last episode.
+        let parser = &mut *self.parser.lock().unwrap_or_else(PoisonError::into_inner);
+        *parser = Checkpoint::new(parser.load().handed_over(frame_sequence));
         Before { command_id, frame_sequence, since_ns: monotonic_ns() }
     }
 
@@ -179,6 +186,7 @@ impl Station {
             monitor: self.monitor.clone(),
             commands: Arc::clone(&self.commands),
             before,
+            parser: self.parser.lock().unwrap_or_else(PoisonError::into_inner).clone(),
         };
         let mut actors = prepared.core_actors(&self.bus, &shared, &self.hardware)?;
         actors.extend(more);

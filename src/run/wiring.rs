@@ -55,6 +55,8 @@ pub(super) struct Shared {
     pub(super) monitor: Monitor,
     pub(super) commands: Arc<CommandLine>,
     pub(super) before: Option<Before>,
+    /// The memory of the scene parser.
+    pub(super) parser: Checkpoint<scene_parser::SceneParserMemory>,
 }
 
 /// Where an episode goes on that is not the first one of its robot.
@@ -294,8 +296,6 @@ impl PreparedRun {
         };
         let cameras = std::iter::once(Ok(main)).chain(others);
         let skew = Duration::from_secs_f64(self.config.camera.skew_ms_max / 1000.0);
-        let answered = shared.before.and_then(|before| before.frame_sequence);
-        let memory = answered.map(scene_parser::SceneParserMemory::after).unwrap_or_default();
         let args = Arc::new(scene_parser::SceneParserArgs {
             bus: bus.clone(),
             context: Arc::clone(&shared.context),
@@ -306,7 +306,7 @@ impl PreparedRun {
             beside: beside && self.config.clock == ClockKind::Realtime,
             awaits_robot: hardware.robot.acts && self.config.clock == ClockKind::Lockstep,
             wait: Duration::from_secs_f64(self.config.camera.wait_s),
-            checkpoint: Checkpoint::new(memory),
+            checkpoint: shared.parser.clone(),
             monitor: shared.monitor.clone(),
         });
         Ok(ActorSpec::new("scene_parser", move || scene_parser::serve(Arc::clone(&args))))

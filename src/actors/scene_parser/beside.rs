@@ -172,7 +172,7 @@ fn take_answer(
     tools.n_failures = 0;
     (tools.answer_deadline, tools.bad_answers.last) = (None, None);
     memory.parser = parser;
-    memory.parsed(&mut scene, n_frames);
+    memory.parsed(&args.config, &mut scene, n_frames);
     ports.publish(args, &scene)?;
     memory.last_scene = Some(scene);
     Ok(())

@@ -99,6 +99,6 @@ fn parse(
     let seen = look((&args.cameras, &mut tools.detectors), &shots, &phrases)?;
     let heard = memory.heard(moment.frame.header().into());
     let mut scene = scene_of(&mut memory.parser, &args.config, &heard, seen)?;
-    memory.parsed(&mut scene, heard.n_frames);
+    memory.parsed(&args.config, &mut scene, heard.n_frames);
     Ok(scene)
 }

@@ -107,6 +107,8 @@ pub struct SceneParserMemory {
     last_scene: Option<Scene>,
     /// Whether the loop is paused or at its end, so that no frame is awaited.
     is_paused: bool,
+    /// After another episode: when the first frame was captured, once there is one.
+    first_ns: Option<Option<u64>>,
 }
 
 struct Ports {
@@ -231,9 +233,12 @@ impl From<&FrameHeader> for FrameStamp {
 }
 
 impl SceneParserMemory {
-    /// At the start of another episode: the frame that was answered last is no news.
-    pub fn after(frame_sequence: u64) -> Self {
-        Self { last_frame: Some(frame_sequence), ..Self::default() }
+    /// The memory of the next episode: what the gripper holds, and that the frame that was answered last is no
+    /// news.
+    #[must_use]
+    pub fn handed_over(&self, answered: Option<u64>) -> Self {
+        let (parser, first_ns) = (self.parser.handed_over(), Some(None));
+        Self { parser, last_frame: answered, first_ns, ..Self::default() }
     }
 
     /// What the detector is asked for beside the domain's types: what the goal names and nobody has
@@ -250,7 +255,14 @@ impl SceneParserMemory {
     }
 
     /// A frame has become a scene: gives it its number, and forgets what belonged to it.
-    fn parsed(&mut self, scene: &mut Scene, n_frames: u64) {
+    fn parsed(&mut self, config: &ParserConfig, scene: &mut Scene, n_frames: u64) {
+        if let Some(first_ns) = &mut self.first_ns {
+            // What is in the gripper is known at once, and is not all there is.
+            let now_ns = scene.cause.capture_ns;
+            let first_ns = *first_ns.get_or_insert(now_ns);
+            let seconds = now_ns.saturating_sub(first_ns) as f64 / 1e9;
+            scene.unsettled += u32::from(seconds <= config.belief.confirm_s);
+        }
         scene.cause.cycle = self.cycle;
         self.cycle += 1;
         self.dispatches.retain(|(n, _)| *n > n_frames);

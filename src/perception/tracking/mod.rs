@@ -11,6 +11,7 @@ mod free_space;
 mod tracker;
 mod belief;
 mod gripper;
+mod handover;
 mod parse;
 #[cfg(test)]
 mod tests;

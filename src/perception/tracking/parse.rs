@@ -23,10 +23,10 @@ use crate::scene::{Anomaly, Origin, Scene, SceneFact, SceneObject, Visibility};
 /// The scene parser's memory. A clone is a checkpoint: a restarted actor goes on from it.
 #[derive(Debug, Clone)]
 pub struct SceneParser {
-    tracker: Tracker,
+    pub(super) tracker: Tracker,
     belief: Belief,
-    gripper: GripperContent,
-    running: Option<RunningStep>,
+    pub(super) gripper: GripperContent,
+    pub(super) running: Option<RunningStep>,
     /// What the gripper holds though no step was to take it.
     taken_unasked: Option<Name>,
     /// What was believed after the last frame, completed.
@@ -38,10 +38,10 @@ pub struct SceneParser {
 
 /// The step that the robot carries out, as the executor tells it.
 #[derive(Debug, Clone)]
-struct RunningStep {
+pub(super) struct RunningStep {
     command_id: u64,
     watch: CommandWatch,
-    carried: Option<Name>,
+    pub(super) carried: Option<Name>,
     effects: Effects,
 }
 
