@@ -15,6 +15,7 @@ mod holds;
 mod protocol;
 mod python_client;
 mod ros2_bridge;
+mod serve;
 mod silence;
 mod topics;
 mod transport;

@@ -26,7 +26,7 @@ use nalgebra::Point3;
 
 /// Whether the package can be used; prints what is skipped where it cannot.
 #[expect(clippy::print_stdout, reason = "a skipped test says so")]
-fn is_there() -> bool {
+pub(crate) fn is_there() -> bool {
     let import = Command::new("python3")
         .args(["-c", "import groundloop"])
         .env("PYTHONPATH", project("clients/python"))

@@ -10,6 +10,7 @@ mod decisions;
 mod episodes;
 mod faults;
 #[cfg(feature = "sim")]
+mod serve;
 mod signals;
 mod slow_detector;
 mod stress;

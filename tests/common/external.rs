@@ -46,11 +46,16 @@ above_m = 0.60
 
 /// A run whose camera and robot are played elsewhere, with overrides.
 pub fn run(name: &str, sets: &[&str]) -> (Process, tempfile::TempDir) {
+    start("run", name, sets)
+}
+
+/// The same by another verb.
+pub fn start(verb: &str, name: &str, sets: &[&str]) -> (Process, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("external.toml");
     std::fs::write(&path, EXTERNAL).unwrap();
     let sets = sets.iter().flat_map(|set| ["--set", *set]);
-    let args = ["run", path.to_str().unwrap(), "--json", "--run", name];
+    let args = [verb, path.to_str().unwrap(), "--json", "--run", name];
     let process = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
     (process, folder)
 }
