@@ -506,6 +506,8 @@ GROUNDLOOP_ASSERT(offsetof(groundloop_health_record, last_rejection) == 128, "he
 /* control: groundloop_device_header, payload one ControlRecord */
 /* health: groundloop_stream_header, payload HealthRecords */
 /* run: groundloop_device_header, payload bytes: JSON */
+/* task: groundloop_device_header, payload bytes: JSON */
+/* task/status: groundloop_device_header, payload bytes: JSON */
 
 #ifdef __cplusplus
 }

@@ -197,7 +197,11 @@ impl RunError {
             Self::Config(ConfigError::Grounder(error)) if error.is_missing() => 5,
             Self::Config(_)
             | Self::Snapshot { .. }
-            | Self::Transport(TransportError::Taken { .. } | TransportError::Name { .. }) => 2,
+            | Self::Transport(
+                TransportError::Taken { .. }
+                | TransportError::Name { .. }
+                | TransportError::Unsayable(_),
+            ) => 2,
             Self::Transport(_) => 1,
         }
     }

@@ -71,8 +71,8 @@ pub enum TransportError {
         /// What a name is.
         expected: String,
     },
-    /// What is to be sent cannot be.
-    #[error(transparent)]
+    /// What is to be sent is not what it should be.
+    #[error("{}: expected {}, got {}", .0.field, .0.expected, .0.got)]
     Unsayable(#[from] WireError),
     /// A message cannot be sent.
     #[error("cannot send on {topic}: {reason}")]

@@ -59,7 +59,8 @@ fn an_idle_run_ends_well_when_it_is_told_to() {
 fn a_run_that_is_terminated_at_work_leaves_a_robot_that_holds() {
     let name = unique_run("serve-busy");
     let bus = Bus::open(&BusConfig::for_run(name.as_str())).unwrap();
-    let _entered = crate::common::runtime().enter();
+    let runtime = crate::common::runtime();
+    let _entered = runtime.enter();
     let mut commands: Subscriber<DeviceHeader, CommandRecord> =
         bus.subscriber(&ROBOT_COMMAND, Depth::all(64)).unwrap();
     let mut run = serving(&name);
@@ -122,9 +123,9 @@ fn the_command_line_submits_watches_and_cancels() {
     assert_eq!(n_ends, 2, "both goals: {told}");
 }
 
-/// A camera that is not there fails the goal, not the run.
+/// Hardware that is not there fails the goal, not the run.
 #[test]
-fn a_goal_without_a_camera_fails_and_the_next_one_has_it() {
+fn a_goal_without_hardware_fails_and_the_next_one_has_it() {
     let name = unique_run("serve-late");
     let [_, _, exemplars] = SMALL_CAMERA;
     let (mut run, _folder) =
@@ -132,7 +133,7 @@ fn a_goal_without_a_camera_fails_and_the_next_one_has_it() {
     run.wait_for_line("serving run");
     let (code, said) = task(&["submit", "red over blue over green", "--run", &name]);
     assert_eq!(code, Some(1), "{said}");
-    assert!(said.contains("failed: ") && said.contains("camera/main/rgb"), "{said}");
+    assert!(said.contains("failed: ") && said.contains(" is missing: "), "{said}");
     let hardware = external::hardware(&name, &[&SMALL_CAMERA[..], &[THREE_BLOCKS]].concat());
     for text in [UP, "green over blue over red"] {
         let (code, said) = task(&["submit", text, "--run", &name]);

@@ -167,6 +167,7 @@ fn a_description_gives_the_context_of_the_run() {
         seed: 1,
         program_version: "0".to_owned(),
         wire_schema: SCHEMA,
+        takes_tasks: true,
     };
     let (_, text) = run_to_wire(&run).unwrap();
     let (read, context) = run_from_wire(&text).unwrap();
