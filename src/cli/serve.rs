@@ -15,6 +15,9 @@ use crate::metrics::EpisodeReport;
 use crate::run::{PreparedRun, RunConfig, ServeNews, ServeOptions, load_run, serve};
 use crate::transport::{Bus, BusConfig, EventReader};
 
+/// News that wait to be told, at most.
+const NEWS_MAX: usize = 1024;
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// The run file, or the name of a shipped one: all but the text of its goal.
@@ -68,7 +71,7 @@ async fn served(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
     let mut events = EventReader::open(&bus)?;
     let mut desk = Newsroom::new(args, &prepared, bus.run());
-    let (news, mut heard) = mpsc::unbounded_channel();
+    let (news, mut heard) = mpsc::channel(NEWS_MAX);
     let mut serving = Box::pin(serve(&prepared, ServeOptions { bus, stop, news }));
     let ended = loop {
         tokio::select! {

@@ -38,7 +38,7 @@ pub(super) struct SubmitArgs {
     id: Option<String>,
     /// Ends as soon as the goal waits its turn.
     #[arg(long)]
-    no_wait: bool,
+    detach: bool,
     /// Writes one JSON object to standard output, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -103,7 +103,7 @@ pub(super) fn told(TaskStatus { task, state }: &TaskStatus) -> String {
 }
 
 /// A client of a run that is there.
-async fn client(run: &str) -> Result<(Bus, TaskClient), Failure> {
+fn client(run: &str) -> Result<(Bus, TaskClient), Failure> {
     let bus = Bus::open(&BusConfig::for_run(run))?;
     if !serves(&bus)? {
         let message = format!(
@@ -134,7 +134,7 @@ fn has_ended(bus: &Bus) -> Failure {
 }
 
 async fn submit(args: &SubmitArgs) -> Result<u8, Failure> {
-    let (bus, mut client) = client(&args.run).await?;
+    let (bus, mut client) = client(&args.run)?;
     let new = || format!("{:x}-{:x}", std::process::id(), monotonic_ns());
     let id = args.id.clone().unwrap_or_else(new);
     let task = Submission { id, kind: args.kind.clone(), text: args.text.clone() };
@@ -147,7 +147,7 @@ async fn submit(args: &SubmitArgs) -> Result<u8, Failure> {
     let status = tokio::select! {
         biased;
         status = carried => status?,
-        taken = is_taken.wait_for(Option::is_some), if args.no_wait => {
+        taken = is_taken.wait_for(Option::is_some), if args.detach => {
             let taken = taken.ok().and_then(|status| status.clone());
             taken.ok_or_else(|| has_ended(&bus))?
         }
@@ -193,7 +193,7 @@ fn code(state: &TaskState) -> u8 {
 }
 
 async fn cancel(args: &CancelArgs) -> Result<u8, Failure> {
-    let (bus, mut client) = client(&args.run).await?;
+    let (bus, mut client) = client(&args.run)?;
     let request = TaskRequest::Cancel { id: args.id.clone() };
     client.ask(&request)?;
     loop {
@@ -217,7 +217,7 @@ async fn cancel(args: &CancelArgs) -> Result<u8, Failure> {
 }
 
 async fn watch(args: &WatchArgs) -> Result<u8, Failure> {
-    let (bus, mut client) = client(&args.run).await?;
+    let (bus, mut client) = client(&args.run)?;
     let mut ends = std::pin::pin!(run_ends(&bus));
     loop {
         tokio::select! {

@@ -78,7 +78,8 @@ pub async fn run_episode(
         ActorSpec::new("snapshot", move || snapshot::serve(Arc::clone(&args)))
     });
     let more = snapshot.into_iter().chain(station.hardware_actors()).collect();
-    let played = station.play(prepared, Play { context, started, before: None, more }).await;
+    let play = Play { context, started, before: None, more };
+    let played = Box::pin(station.play(prepared, play)).await;
     drop(drawing.lock().await);
     played
 }

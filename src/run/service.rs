@@ -25,8 +25,8 @@ pub struct ServeOptions {
     pub bus: Bus,
     /// Ends the run, once somebody says so.
     pub stop: watch::Receiver<Option<Stop>>,
-    /// Where news goes.
-    pub news: mpsc::UnboundedSender<ServeNews>,
+    /// Where news goes; what does not fit is left out.
+    pub news: mpsc::Sender<ServeNews>,
 }
 
 /// What a long-lived run tells the process that it runs in.
@@ -176,7 +176,8 @@ async fn attempt(
     // Whoever hears of the goal has heard what it is.
     description.tell(&prepared, (run, context.run_id), true)?;
     let before = Some(station.go_on_in(&context, kept));
-    station.play(&prepared, Play { context, started, before, more: Vec::new() }).await
+    let play = Play { context, started, before, more: Vec::new() };
+    Box::pin(station.play(&prepared, play)).await
 }
 
 /// What an episode came to for whoever asked for it, with its report; and what ends the run, if that does. The
@@ -227,14 +228,14 @@ struct Desk {
     statuses: Publisher<DeviceHeader, u8>,
     n_said: u64,
     queue: TaskQueue,
-    news: mpsc::UnboundedSender<ServeNews>,
+    news: mpsc::Sender<ServeNews>,
 }
 
 impl Desk {
     fn open(
         bus: &Bus,
         queue: TaskQueue,
-        news: mpsc::UnboundedSender<ServeNews>,
+        news: mpsc::Sender<ServeNews>,
     ) -> Result<Self, TransportError> {
         let requests = bus.subscriber(&TASK, Depth::all(RELIABLE_DEPTH))?;
         Ok(Self { requests, statuses: bus.publisher(&TASK_STATUS)?, n_said: 0, queue, news })
@@ -310,8 +311,9 @@ impl Desk {
     }
 
     fn tell(&self, news: ServeNews) {
-        if self.news.send(news).is_err() {
-            tracing::debug!("nobody listens to the news");
+        // Who does not listen misses it; the bus has it, too.
+        if let Err(error) = self.news.try_send(news) {
+            tracing::debug!(%error, "news");
         }
     }
 }

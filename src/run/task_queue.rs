@@ -190,7 +190,9 @@ mod tests {
     #[test]
     fn what_waits_is_taken_away_and_what_runs_is_stopped() {
         let mut queue = queue(4, 8);
-        ["a", "b", "c"].map(|id| queue.take(submit(id)));
+        for id in ["a", "b", "c"] {
+            queue.take(submit(id));
+        }
         begun(&mut queue).unwrap();
         assert_eq!(take(&mut queue, cancel("a")), ("running".to_owned(), true));
         let (told, stops) = take(&mut queue, cancel("b"));

@@ -65,7 +65,7 @@ fn a_run_that_is_terminated_at_work_leaves_a_robot_that_holds() {
         bus.subscriber(&ROBOT_COMMAND, Depth::all(64)).unwrap();
     let mut run = serving(&name);
     for id in ["runs", "waits"] {
-        let (code, said) = task(&["submit", UP, "--run", &name, "--id", id, "--no-wait"]);
+        let (code, said) = task(&["submit", UP, "--run", &name, "--id", id, "--detach"]);
         assert_eq!(code, Some(0), "{said}");
     }
     run.wait_for_line(" skill ");

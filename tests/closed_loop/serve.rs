@@ -103,7 +103,7 @@ fn served<T>(sets: &[&str], ask: impl AsyncFnOnce(&mut Client) -> T) -> (T, Told
         let bus = Bus::open(&run.bus("test")).unwrap();
         let theirs = Bus::open(&run.bus("test")).unwrap();
         let (stop, stopped) = watch::channel(None);
-        let (news, mut heard) = mpsc::unbounded_channel();
+        let (news, mut heard) = mpsc::channel(1024);
         let serving = serve(&prepared, ServeOptions { bus, stop: stopped, news });
         let asking = async {
             let told = heard.recv().await.unwrap();

@@ -107,8 +107,10 @@ pub struct SceneParserMemory {
     last_scene: Option<Scene>,
     /// Whether the loop is paused or at its end, so that no frame is awaited.
     is_paused: bool,
-    /// After another episode: when the first frame was captured, once there is one.
-    first_ns: Option<Option<u64>>,
+    /// Whether another episode came before.
+    is_handed_over: bool,
+    /// When the first frame was captured, once there is one.
+    first_ns: Option<u64>,
 }
 
 struct Ports {
@@ -237,8 +239,8 @@ impl SceneParserMemory {
     /// news.
     #[must_use]
     pub fn handed_over(&self, answered: Option<u64>) -> Self {
-        let (parser, first_ns) = (self.parser.handed_over(), Some(None));
-        Self { parser, last_frame: answered, first_ns, ..Self::default() }
+        let parser = self.parser.handed_over();
+        Self { parser, last_frame: answered, is_handed_over: true, ..Self::default() }
     }
 
     /// What the detector is asked for beside the domain's types: what the goal names and nobody has
@@ -256,10 +258,10 @@ impl SceneParserMemory {
 
     /// A frame has become a scene: gives it its number, and forgets what belonged to it.
     fn parsed(&mut self, config: &ParserConfig, scene: &mut Scene, n_frames: u64) {
-        if let Some(first_ns) = &mut self.first_ns {
+        let now_ns = scene.cause.capture_ns;
+        let first_ns = *self.first_ns.get_or_insert(now_ns);
+        if self.is_handed_over {
             // What is in the gripper is known at once, and is not all there is.
-            let now_ns = scene.cause.capture_ns;
-            let first_ns = *first_ns.get_or_insert(now_ns);
             let seconds = now_ns.saturating_sub(first_ns) as f64 / 1e9;
             scene.unsettled += u32::from(seconds <= config.belief.confirm_s);
         }
