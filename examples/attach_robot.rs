@@ -135,7 +135,7 @@ async fn serve(run: String) -> Result<(), ActorError> {
     };
     // The same root and prefix as the run's: the defaults.
     let bus = Bus::open(&BusConfig::for_run(run))?;
-    robot::serve(bus, Box::new(robot), Monitor::default()).await
+    robot::serve(bus, Box::new(robot), Monitor::default(), robot::COMMAND_AGE_MAX).await
 }
 
 #[tokio::main]

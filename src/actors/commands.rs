@@ -64,10 +64,19 @@ impl CommandLine {
         said.last.as_ref().map(|command| (command.id, command.frame_sequence))
     }
 
-    /// The last word of an episode.
+    /// The last word of an episode, however it ends.
     pub fn hold(&self) {
         if let Err(error) = self.say_again(CommandKind::Hold) {
             tracing::warn!(%error, "robot/command: the robot is not told to hold");
+        }
+    }
+}
+
+impl Drop for CommandLine {
+    fn drop(&mut self) {
+        let said = self.said.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if said.last.as_ref().is_some_and(|last| last.kind != CommandKind::Hold) {
+            self.hold();
         }
     }
 }

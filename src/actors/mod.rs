@@ -40,7 +40,7 @@ pub use system_faults::{Handling, SystemFaults};
 pub enum ActorError {
     /// The bus failed; a restart opens it anew.
     #[error(transparent)]
-    Transport(#[from] TransportError),
+    Transport(TransportError),
     /// Something could not be written to the bus.
     #[error(transparent)]
     Wire(#[from] WireError),
@@ -71,6 +71,12 @@ pub enum Fatal {
         what: String,
         /// How to get it.
         how: String,
+    },
+    /// Shared memory is full: exit code 5.
+    #[error("{message}")]
+    Full {
+        /// What has no room, and what to change.
+        message: String,
     },
     /// The goal or another input is not usable: exit code 2.
     #[error("{message}")]
@@ -107,6 +113,16 @@ impl Fatal {
     pub fn gone() -> Self {
         let reason = "it has stopped by itself".to_owned();
         Self::Restarts { actor: "supervisor", failures: 1, reason }
+    }
+}
+
+impl From<TransportError> for ActorError {
+    fn from(error: TransportError) -> Self {
+        if let TransportError::Full { .. } = error {
+            // Started again, the actor would find as little.
+            return Fatal::Full { message: error.to_string() }.into();
+        }
+        Self::Transport(error)
     }
 }
 

@@ -11,7 +11,9 @@ use super::robot_states::RobotStates;
 use super::scene_parser::{Handled, fresh};
 use super::{ActorError, Checkpoint, CommandLine, Fatal, Monitor};
 use crate::clock::{ClockKind, monotonic_ns};
-use crate::executive::{CycleInput, Decision, Executive, ExecutiveConfig, Silence};
+use crate::executive::{
+    CycleInput, Decision, Executive, ExecutiveConfig, HoldCause, Watch, WatchBounds, safe_command,
+};
 use crate::messages::{
     CommandKind, Control, DecisionMessage, Dispatch, EpisodeEnd, Event, EventMessage, GoalUpdate,
     PlanMessage, RobotState,
@@ -60,6 +62,13 @@ pub struct SkillExecutorArgs {
     pub monitor: Monitor,
 }
 
+impl SkillExecutorArgs {
+    /// Whether the robot moves while nobody answers. In lockstep the world stands still then.
+    fn moves_freely(&self) -> bool {
+        self.clock == ClockKind::Realtime && self.config.motion.is_some()
+    }
+}
+
 /// Memory that outlives the actor.
 #[derive(Debug, Clone, Default)]
 pub struct SkillExecutorMemory {
@@ -70,7 +79,7 @@ pub struct SkillExecutorMemory {
     robot_heard_ns: u64,
     /// When the newest plan was answered, monotonic clock.
     answered_ns: u64,
-    /// Whether the robot was told to hold since nobody watched.
+    /// Whether people have been told that the robot holds since nobody watches it.
     is_unwatched: bool,
     /// Whether a command has been sent since.
     is_robot_asked: bool,
@@ -107,7 +116,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
     let mut memory = args.checkpoint.load();
     let mut beats = tokio::time::interval(BEAT_PERIOD);
     beats.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
-    let has_beats = args.clock == ClockKind::Realtime && args.config.motion.is_some();
+    let has_beats = args.moves_freely();
     let mut robot_deadline = Instant::now() + args.robot_wait;
     let mut last_look = Instant::now();
     let mut early: Option<PlanMessage> = None;
@@ -149,7 +158,7 @@ pub async fn serve(args: Arc<SkillExecutorArgs>) -> Result<(), ActorError> {
                 let Some(plan) = early.take() else { continue };
                 plan
             }
-            _ = beats.tick(), if has_beats && !is_paused && !waits => {
+            _ = beats.tick(), if has_beats && !waits => {
                 memory.beat(&args, &mut ports)?;
                 continue;
             }
@@ -231,22 +240,41 @@ impl SkillExecutorMemory {
         if !self.executive.is_moving() {
             return Ok(());
         }
-        let now_ns = monotonic_ns();
-        let silence = Silence {
-            plan_ns: now_ns.saturating_sub(self.answered_ns),
-            robot_ns: now_ns.saturating_sub(self.robot_heard_ns),
-        };
-        let Some(reason) =
-            silence.reason_to_hold(args.config.limits.unwatched_ms_max, args.frame_s)
-        else {
-            return args.commands.say_again(CommandKind::Continue);
-        };
-        args.commands.say_again(CommandKind::Hold)?;
-        if !std::mem::replace(&mut self.is_unwatched, true) {
-            let cause = self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default();
-            self.event(args, ports, cause, Event::Look { reason })?;
+        let cause = self.hold_cause(args, self.answered_ns);
+        args.commands.say_again(safe_command(CommandKind::Continue, cause.as_ref()))?;
+        self.tell_hold(args, ports, cause)
+    }
+
+    /// Why the robot must hold, when the newest plan has come at `planned_ns`.
+    fn hold_cause(&self, args: &SkillExecutorArgs, planned_ns: u64) -> Option<HoldCause> {
+        if !args.moves_freely() {
+            return None;
         }
-        Ok(())
+        let now_ns = monotonic_ns();
+        let since = |then_ns: Option<u64>| then_ns.map_or(0, |then| now_ns.saturating_sub(then));
+        let watch = Watch {
+            is_over: false,
+            is_paused: self.requests.pace == Pace::Paused,
+            plan_ns: now_ns.saturating_sub(planned_ns),
+            robot_ns: now_ns.saturating_sub(self.robot_heard_ns),
+            scene_age_ns: since(self.scene.as_ref().map(|scene| scene.cause.capture_ns)),
+            robot_age_ns: since(self.robot.as_ref().map(|robot| robot.capture_ns)),
+        };
+        watch.hold_cause(&WatchBounds::of(&args.config.limits, args.frame_s))
+    }
+
+    /// Tells people once that the robot holds since nobody watches it.
+    fn tell_hold(
+        &mut self,
+        args: &SkillExecutorArgs,
+        ports: &Ports,
+        cause: Option<HoldCause>,
+    ) -> Result<(), ActorError> {
+        let cause = cause.filter(|cause| *cause != HoldCause::Paused);
+        let was_unwatched = std::mem::replace(&mut self.is_unwatched, cause.is_some());
+        let Some(cause) = cause.filter(|_| !was_unwatched) else { return Ok(()) };
+        let frame = self.scene.as_ref().map(|scene| scene.cause).unwrap_or_default();
+        self.event(args, ports, frame, Event::Look { reason: cause.to_string() })
     }
 
     /// While this process stood still, no robot could be heard.
@@ -293,8 +321,13 @@ impl SkillExecutorMemory {
             ClockKind::Lockstep => 0,
             ClockKind::Realtime => robot.map_or(0, |r| now_ns.saturating_sub(r.capture_ns)),
         };
-        let input = CycleInput { scene, plan, robot, robot_age_ns, statuses: &statuses, now_ns };
-        Ok(Some(self.executive.on(&args.config, &input)))
+        let hold = self.hold_cause(args, monotonic_ns());
+        let statuses = &statuses;
+        let input = CycleInput { scene, plan, robot, robot_age_ns, hold, statuses, now_ns };
+        let was_moving = self.executive.is_moving();
+        let decision = self.executive.on(&args.config, &input);
+        self.tell_hold(args, ports, hold.filter(|_| was_moving))?;
+        Ok(Some(decision))
     }
 
     /// Tells people the goal once, before anything moves for it.
@@ -346,7 +379,7 @@ impl SkillExecutorMemory {
         decision: &Decision,
     ) -> Result<(), ActorError> {
         let answered_ns = monotonic_ns();
-        (self.answered_ns, self.is_unwatched) = (answered_ns, false);
+        self.answered_ns = answered_ns;
         self.last_cycle = Some(plan.cause.cycle);
         if self.requests.pace == Pace::Once {
             self.requests.pace = Pace::Paused;
@@ -391,6 +424,9 @@ impl SkillExecutorMemory {
     ) -> Result<(), ActorError> {
         loop {
             tokio::time::sleep(VERDICT_PERIOD).await;
+            if args.moves_freely() {
+                args.commands.say_again(CommandKind::Hold)?;
+            }
             self.announce(args, ports, decision)?;
         }
     }
@@ -417,7 +453,7 @@ impl SkillExecutorMemory {
             }
             Some(Control::Pause) if before != Pace::Paused => {
                 // In lockstep the world stands still as long as nothing is commanded.
-                if args.clock == ClockKind::Realtime && args.config.motion.is_some() {
+                if args.moves_freely() {
                     let hold = self.executive.hold(cause.frame_sequence, cause.capture_ns);
                     self.is_robot_asked = true;
                     args.commands.send(&hold)?;
@@ -425,6 +461,8 @@ impl SkillExecutorMemory {
                 self.event(args, ports, cause, Event::Paused)?;
             }
             Some(Control::Resume) if before != Pace::Free => {
+                // Nothing was answered since somebody wanted it so.
+                self.answered_ns = monotonic_ns();
                 self.event(args, ports, cause, Event::Resumed)?;
             }
             Some(Control::Pause | Control::Resume | Control::Step) | None => {}

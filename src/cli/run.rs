@@ -99,7 +99,9 @@ fn has_a_folder(path: &Path) -> Result<(), RunError> {
 async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     let mut stop = listen().map_err(Failure::internal)?;
     let first_seed = config.seed;
-    let prepared = PreparedRun::read(config, args.data.as_deref())?;
+    let data = args.data.clone();
+    let read = move || PreparedRun::read(config, data.as_deref());
+    let prepared = unless_stopped(&mut stop, read).await??;
     for warning in &prepared.folder.warnings {
         tracing::warn!(warning, "domain.pddl");
     }
@@ -155,7 +157,7 @@ async fn watched(
     stop: &mut watch::Receiver<Option<Stop>>,
 ) -> Result<Result<Episode, RunError>, Failure> {
     let bus = BusConfig::for_run(prepared.config.run_name());
-    let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
+    let bus = unless_stopped(stop, move || Bus::open(&bus)).await??;
     let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
     let mut events = EventReader::open(&bus)?;
     let mut teller = Teller::new(prepared, Stream::beside(args.json), args.verbose);
@@ -184,6 +186,20 @@ async fn watched(
         teller.tell(&event);
     }
     Ok(ended)
+}
+
+/// What a call comes to that may take long or for ever, unless somebody says stop before.
+async fn unless_stopped<T: Send + 'static>(
+    stop: &mut watch::Receiver<Option<Stop>>,
+    call: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Failure> {
+    tokio::select! {
+        done = tokio::task::spawn_blocking(call) => done.map_err(Failure::internal),
+        why = told_to_stop(stop) => {
+            let code = Verdict::Stopped(why).exit_code();
+            Err(Failure { message: "stopped before the run had begun".to_owned(), code })
+        }
+    }
 }
 
 /// Waits until somebody says stop; for ever when nobody is left who could.

@@ -107,8 +107,11 @@ impl Executive {
         self.held.as_ref().map(|held| held.object.as_str())
     }
 
-    /// Age, settledness, preconditions.
+    /// Somebody watches, age, settledness, preconditions.
     fn may_start(cycle: &Cycle<'_>, step: &Step) -> Result<(), Refusal> {
+        if let Some(cause) = &cycle.input.hold {
+            return Err(Refusal::NotYet(cause.to_string()));
+        }
         let age_ns = cycle.input.now_ns.saturating_sub(cycle.input.scene.cause.capture_ns);
         let age_ms = age_ns / 1_000_000;
         let limit = cycle.config.limits.state_age_ms_max;

@@ -3,7 +3,7 @@
 //! It keeps no clock and does no I/O; everything arrives in [`CycleInput`].
 
 mod limits;
-mod watchdog;
+mod safe_state;
 mod explain;
 mod dispatch;
 mod running;
@@ -33,7 +33,7 @@ pub use explain::deviations;
 pub use limits::Limits;
 use limits::LookTime;
 pub use open_loop::ExecutiveMode;
-pub use watchdog::Silence;
+pub use safe_state::{HoldCause, Overdue, Watch, WatchBounds, safe_command};
 
 use decide::Awaited;
 use finish::GoalSeen;
@@ -68,6 +68,8 @@ pub struct CycleInput<'a> {
     pub robot: Option<&'a RobotState>,
     /// How old that state is, nanoseconds; 0 in lockstep, where the robot answers every frame.
     pub robot_age_ns: u64,
+    /// Why the robot must hold now; nothing when it may move.
+    pub hold: Option<HoldCause>,
     /// What the robot has said since the last cycle.
     pub statuses: &'a [Status],
     /// Run time now: the frame's stamp in lockstep, the monotonic clock otherwise, nanoseconds.
@@ -172,7 +174,7 @@ impl Executive {
         self.started_ns.get_or_insert(input.scene.cause.capture_ns);
         let answer = self.decide(&mut cycle);
         let (kind, verdict) = match answer {
-            Answer::Command(kind) => (kind, None),
+            Answer::Command(kind) => (safe_command(kind, input.hold.as_ref()), None),
             Answer::End(verdict) => (CommandKind::Hold, Some(verdict)),
         };
         let started = matches!(kind, CommandKind::Start(_));

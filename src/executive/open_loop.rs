@@ -42,6 +42,9 @@ impl Executive {
                 None => go_on,
             });
         }
+        if cycle.input.hold.is_some() {
+            return Some(go_on);
+        }
         let rest = self.blind_plan.as_mut()?;
         let step = rest.pop_front();
         self.remaining = Some(step.iter().chain(rest.iter()).cloned().collect());

@@ -41,7 +41,10 @@ impl Executive {
     ) -> Option<Answer> {
         let motion = cycle.config.motion.as_ref()?;
         let due = spent.shares(motion.view_poses.len() + 1, max_s);
-        if !matches!(self.phase, Phase::Idle) || self.views_taken >= due {
+        if !matches!(self.phase, Phase::Idle)
+            || self.views_taken >= due
+            || cycle.input.hold.is_some()
+        {
             return None;
         }
         self.go_to_view(cycle, reason)

@@ -192,6 +192,7 @@ impl RunError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Fatal(fatal) => exit_code(fatal),
+            Self::Transport(TransportError::Full { .. }) => 5,
             Self::Config(ConfigError::Detector(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Part(error)) if error.is_missing() => 5,
             Self::Config(ConfigError::Grounder(error)) if error.is_missing() => 5,
@@ -209,7 +210,7 @@ impl RunError {
 
 fn exit_code(fatal: &Fatal) -> u8 {
     match fatal {
-        Fatal::Missing { .. } => 5,
+        Fatal::Missing { .. } | Fatal::Full { .. } => 5,
         Fatal::BadInput { .. } => 2,
         Fatal::GaveUp { .. } => 4,
         Fatal::Goal { why } => exit_code(why),

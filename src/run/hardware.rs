@@ -1,5 +1,7 @@
 //! The cameras and the robot of a run file, as actors of this process.
 
+use std::time::Duration;
+
 use super::{ConfigError, DomainFolder, RunConfig, environment};
 use crate::actors::{ActorError, ActorSpec, Monitor, camera, robot};
 use crate::hardware::{CAMERAS, CameraPort, HardwareInputs, ROBOTS, RobotPort, SharedWorld};
@@ -18,6 +20,8 @@ pub struct HardwarePorts {
     pub others: Vec<(String, CameraPort)>,
     /// Where commands go.
     pub robot: RobotPort,
+    /// How long a robot that moves may go without a command.
+    pub command_age_max: Duration,
 }
 
 impl HardwarePorts {
@@ -50,7 +54,8 @@ impl HardwarePorts {
         let choice = PartChoice::new("robot.kind", &config.robot.kind);
         let choice = &choice.with_options(config.robot.options.as_ref(), config.origin.path());
         let robot = ROBOTS.build(&PartContext { choice, inputs, environment })?;
-        Ok(Self { camera: main, others, robot: *robot })
+        let command_age_max = Duration::from_millis(config.robot.command_age_ms_max);
+        Ok(Self { camera: main, others, robot: *robot, command_age_max })
     }
 
     /// The actors that play them in this process: none for what another process plays.
@@ -70,7 +75,10 @@ impl HardwarePorts {
         });
         let robot = self.robot.open.clone().map(|open| {
             let (bus, monitor) = (bus.clone(), monitor.clone());
-            ActorSpec::new("robot", move || robot::serve(bus.clone(), open(), monitor.clone()))
+            let age_max = self.command_age_max;
+            ActorSpec::new("robot", move || {
+                robot::serve(bus.clone(), open(), monitor.clone(), age_max)
+            })
         });
         cameras.chain(robot).collect()
     }

@@ -164,6 +164,10 @@ pub struct RobotConfig {
     /// How long a robot's state may be missing before the run ends with exit code 5, seconds of
     /// wall time.
     pub wait_s: f64,
+    /// How long a robot that moves may go without a command before it holds by itself, milliseconds; realtime
+    /// only. It is told to go on every 100 ms as long as somebody watches it.
+    #[schemars(range(min = 300))]
+    pub command_age_ms_max: u64,
     /// How the robot moves. Lengths in metres, in the world frame.
     pub motion: Option<MotionConfig>,
     /// A box around the tool that contains every part of the robot that the camera may see: what it

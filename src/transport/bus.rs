@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
@@ -10,7 +11,10 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::TransportError;
 use super::outbox::SendHook;
-use super::place::{default_prefix, default_root, make_ready, run_name_fault};
+use super::patience::within;
+use super::place::{
+    MissingRoom, default_prefix, default_root, make_ready, missing_room_to_open, run_name_fault,
+};
 use super::ports::{Depth, Publisher, Subscriber};
 use super::reason::reason;
 use super::services::{Record, Service, samples};
@@ -36,6 +40,18 @@ impl BusConfig {
     }
 }
 
+/// How long joining the bus may take.
+const OPEN_MAX: Duration = Duration::from_secs(10);
+
+/// iceoryx2 waits without an end for what another process has begun.
+fn unanswered(prefix: &str) -> String {
+    format!(
+        "no answer for {} s: a process of this user stands still while it starts, or was killed then; end it, or \
+         remove /dev/shm/{prefix}* once no run is on (groundloop doctor --clean)",
+        OPEN_MAX.as_secs()
+    )
+}
+
 /// A node on the bus. Cheap to clone; the last clone closes it.
 #[derive(Debug, Clone)]
 pub struct Bus {
@@ -50,7 +66,7 @@ pub struct Bus {
 impl Bus {
     /// Joins the bus and clears what dead processes left behind.
     ///
-    /// Blocks for as long as iceoryx2 needs to create its files (well below a second).
+    /// Blocks for as long as iceoryx2 needs to create its files: well below a second, and ten seconds at most.
     ///
     /// # Errors
     /// [`TransportError::Open`] when the place cannot be used; it names the place.
@@ -69,13 +85,19 @@ impl Bus {
         settings.global.prefix =
             config.prefix.as_str().try_into().map_err(|e| fault(reason(&e)))?;
         let name = NodeName::new("groundloop").map_err(|e| fault(reason(&e)))?;
-        let node = NodeBuilder::new()
-            .config(&settings)
-            .name(&name)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<Service>()
-            .map_err(|e| fault(reason(&e)))?;
-        node.try_cleanup_dead_nodes();
+        let create = move || {
+            let node = NodeBuilder::new()
+                .config(&settings)
+                .name(&name)
+                .signal_handling_mode(SignalHandlingMode::Disabled)
+                .create::<Service>()
+                .map_err(|e| reason(&e))?;
+            node.try_cleanup_dead_nodes();
+            Ok(node)
+        };
+        let node = within(OPEN_MAX, create)
+            .unwrap_or_else(|| Err(unanswered(&config.prefix)))
+            .map_err(fault)?;
         let (node, opening) = (Arc::new(node), Arc::default());
         Ok(Self { node, opening, run: config.run.as_str().into(), disturbance: None })
     }
@@ -94,7 +116,7 @@ impl Bus {
         &self,
         topic: &Topic,
     ) -> Result<Publisher<H, R>, TransportError> {
-        let _one_at_a_time = self.opening();
+        let _one_at_a_time = self.opening(topic)?;
         Publisher::open(&self.node, &self.service_name(topic), topic, self.disturbance.clone())
     }
 
@@ -108,7 +130,7 @@ impl Bus {
         topic: &Topic,
         depth: Depth,
     ) -> Result<Subscriber<H, R>, TransportError> {
-        let _one_at_a_time = self.opening();
+        let _one_at_a_time = self.opening(topic)?;
         Subscriber::open(&self.node, &self.service_name(topic), topic, depth)
     }
 
@@ -120,7 +142,7 @@ impl Bus {
         &self,
         topic: &Topic,
     ) -> Result<[usize; 2], TransportError> {
-        let _one_at_a_time = self.opening();
+        let _one_at_a_time = self.opening(topic)?;
         let service = samples::<H, R>(&self.node, &self.service_name(topic), topic)?;
         let counts = service.dynamic_config();
         Ok([counts.number_of_publishers(), counts.number_of_subscribers()])
@@ -160,8 +182,11 @@ impl Bus {
         &self.node
     }
 
-    fn opening(&self) -> MutexGuard<'_, ()> {
-        self.opening.lock().unwrap_or_else(PoisonError::into_inner)
+    fn opening(&self, topic: &Topic) -> Result<MutexGuard<'_, ()>, TransportError> {
+        if let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room_to_open() {
+            return Err(TransportError::Full { topic: topic.name, needed_bytes, free_bytes });
+        }
+        Ok(self.opening.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     pub(super) fn service_name(&self, topic: &Topic) -> String {

@@ -5,8 +5,10 @@ pub mod topics;
 mod services;
 mod outbox;
 mod told;
-mod ports;
 mod place;
+mod patience;
+mod reserve;
+mod ports;
 mod bus;
 mod silence;
 pub mod convert;
@@ -81,6 +83,21 @@ pub enum TransportError {
         topic: &'static str,
         /// Why, and what to do about it.
         reason: String,
+    },
+    /// Shared memory is full: a message may not be written.
+    #[error(
+        "no room in shared memory for {topic}: it needs {} kB of /dev/shm, where {} kB are free; remove what lies \
+         there, or raise --shm-size of the container",
+        needed_bytes.div_ceil(1024),
+        free_bytes / 1024
+    )]
+    Full {
+        /// Its name below the run.
+        topic: &'static str,
+        /// What it needs.
+        needed_bytes: u64,
+        /// What is free.
+        free_bytes: u64,
     },
     /// Messages cannot be received.
     #[error("cannot receive on {topic}: {reason}")]

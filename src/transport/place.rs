@@ -20,6 +20,9 @@ const OPEN_FILES_MIN: u64 = 512;
 const UNFINISHED_AGE: Duration = Duration::from_secs(1);
 /// Shared memory that a run needs besides frames, in bytes: 12 MB were measured.
 const ROOM_BYTES_MIN: u64 = 16 << 20;
+/// What a bus or one of its ports needs besides messages, in bytes: 300 kB for each pair of writer and
+/// reader were measured.
+const OPEN_BYTES_MIN: u64 = 1 << 20;
 /// Frames of one stream that are written before the first is used again: of the slots for all
 /// possible readers only those that are used take memory.
 const FRAMES_HELD: u64 = 4;
@@ -59,6 +62,13 @@ fn is_tmpfs(path: &Path) -> bool {
 /// which iceoryx2 0.10 would wait without an end.
 pub(super) fn make_ready(prefix: &str) -> Result<(), String> {
     allow_open_files()?;
+    if let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room_to_open() {
+        let [needed, free] = [needed_bytes.div_ceil(1024), free_bytes / 1024];
+        return Err(format!(
+            "{SHARED_MEMORY} has {free} kB free, and {needed} kB are needed at least: remove what lies there, or \
+             raise --shm-size of the container"
+        ));
+    }
     remove_unfinished(Path::new(SHARED_MEMORY), prefix);
     Ok(())
 }
@@ -113,10 +123,22 @@ pub struct MissingRoom {
 
 /// Whether there is room for frames of these sizes, in bytes; nothing where there is.
 pub fn missing_room(frame_bytes: impl Iterator<Item = u64>) -> Option<MissingRoom> {
-    let info = rustix::fs::statvfs(SHARED_MEMORY).ok()?;
-    let free_bytes = info.f_bavail.saturating_mul(info.f_frsize);
+    let free_bytes = free_bytes()?;
     let needed_bytes = room_for(frame_bytes);
     (needed_bytes > free_bytes).then_some(MissingRoom { needed_bytes, free_bytes })
+}
+
+/// Whether there is room for a bus or a port; nothing where there is. iceoryx2 writes what it needs without a
+/// look at the room, and where there is none its process is killed without a word.
+pub(super) fn missing_room_to_open() -> Option<MissingRoom> {
+    let (needed_bytes, free_bytes) = (OPEN_BYTES_MIN, free_bytes()?);
+    (needed_bytes > free_bytes).then_some(MissingRoom { needed_bytes, free_bytes })
+}
+
+/// What is free in shared memory, in bytes; nothing where the system does not say.
+pub(super) fn free_bytes() -> Option<u64> {
+    let info = rustix::fs::statvfs(SHARED_MEMORY).ok()?;
+    Some(info.f_bavail.saturating_mul(info.f_frsize))
 }
 
 fn room_for(frame_bytes: impl Iterator<Item = u64>) -> u64 {

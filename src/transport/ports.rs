@@ -5,6 +5,7 @@
 //! just opened says so on a second event service, and the writer then hands it what the topic keeps;
 //! without that a slow topic (goal, plan) would stay silent until its next message.
 
+use std::mem::MaybeUninit;
 use std::os::fd::{AsRawFd, RawFd};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
@@ -19,6 +20,7 @@ use iceoryx2::prelude::{
     AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _,
 };
 use iceoryx2::sample::Sample;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
@@ -26,6 +28,7 @@ use tokio::task::JoinHandle;
 use super::TransportError;
 use super::outbox::{Outbox, SendHook};
 use super::reason::reason;
+use super::reserve::{LackingRoom, Reserve};
 use super::services::{Record, Service, events, late_joiners, samples};
 use super::told::Told;
 use super::topics::Topic;
@@ -108,6 +111,7 @@ pub struct Publisher<H: WireHeader, R: Record> {
     handshakes: JoinHandle<()>,
     n_sent: AtomicU64,
     topic: &'static str,
+    reserve: Reserve,
     /// What becomes of messages on purpose; without it each is sent.
     outbox: Option<Outbox<H, R>>,
 }
@@ -156,14 +160,18 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
         let handshakes = tokio::spawn(serve_late_joiners(joins, weak_publisher, weak_notifier));
         // A reader that opened before this writer has announced itself already.
         connect(&publisher, &notifier, topic.name);
-        Ok(Self {
+        let writer = Self {
             samples: publisher,
             notifier,
             handshakes,
             n_sent: AtomicU64::new(0),
             topic: topic.name,
+            reserve: Reserve::default(),
             outbox: disturbance.map(Outbox::new),
-        })
+        };
+        // What is taken now is there when nothing else is.
+        drop(writer.loan(topic.initial_len)?);
+        Ok(writer)
     }
 
     /// Sends one message: stamps the header and copies the records into shared memory.
@@ -183,14 +191,34 @@ impl<H: WireHeader, R: Record> Publisher<H, R> {
             topic: self.topic,
             reason: reason(e),
         };
-        let sample = self.samples.loan_slice_uninit(records.len()).map_err(|e| fault(&e))?;
-        let mut sample = sample.write_from_slice(records);
+        let mut sample = self.loan(records.len())?.write_from_slice(records);
         *sample.user_header_mut() = header;
         sample.send().map_err(|e| fault(&e))?;
         self.notifier.notify().map_err(|e| fault(&e))?;
         Ok(())
     }
+
+    /// Room for a message of so many records, which may be written.
+    fn loan(&self, len: usize) -> Result<Loaned<H, R>, TransportError> {
+        let full = |LackingRoom { needed_bytes, free_bytes }| TransportError::Full {
+            topic: self.topic,
+            needed_bytes,
+            free_bytes,
+        };
+        self.reserve.before(len.saturating_mul(size_of::<R>())).map_err(full)?;
+        let mut sample = self
+            .samples
+            .loan_slice_uninit(len)
+            .map_err(|e| TransportError::Send { topic: self.topic, reason: reason(&e) })?;
+        let payload = sample.payload_mut().as_mut_ptr_range();
+        let addresses = payload.start.expose_provenance()..payload.end.expose_provenance();
+        self.reserve.take(&addresses).map_err(full)?;
+        Ok(sample)
+    }
 }
+
+/// A message that is not written yet.
+type Loaned<H, R> = SampleMutUninit<Service, [MaybeUninit<R>], H>;
 
 /// Hands late joiners what the topic keeps, whenever one announces itself.
 async fn serve_late_joiners<H: WireHeader, R: Record>(

@@ -6,6 +6,7 @@ mod open_loop;
 mod planner_timeouts;
 mod re_observing;
 mod property;
+mod safe_state;
 
 use std::path::Path;
 
@@ -39,6 +40,7 @@ struct Episode {
     /// How old the scene is when it is looked at.
     age_ms: u64,
     robot_age_ms: u64,
+    hold: Option<HoldCause>,
 }
 
 fn config(domain: &str) -> ExecutiveConfig {
@@ -127,6 +129,7 @@ impl Episode {
             robot: Some(robot),
             age_ms: 0,
             robot_age_ms: 0,
+            hold: None,
         };
         episode.see(&blocks(&[], None));
         episode
@@ -188,6 +191,7 @@ impl Episode {
             plan: &plan,
             robot: self.robot.as_ref(),
             robot_age_ns: self.robot_age_ms * 1_000_000,
+            hold: self.hold,
             statuses: &statuses,
             now_ns: capture_ns + self.age_ms * 1_000_000,
         };
