@@ -65,6 +65,7 @@ pub mod new_domain;
 pub mod eval;
 pub mod sweep;
 pub mod stress;
+pub mod doctor;
 pub mod cli;
 
 pub use facade::{plan_text, read_image, run_file};

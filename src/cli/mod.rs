@@ -6,6 +6,7 @@ mod camera;
 mod camera_flags;
 mod config;
 mod dataset;
+mod doctor;
 mod domain;
 mod eval;
 mod exemplar_capture;
@@ -105,6 +106,8 @@ enum Verb {
     /// Make data sets of rendered scenes.
     #[command(subcommand)]
     Dataset(dataset::Verb),
+    /// Check this machine: shared memory, leftovers of killed runs, programs, services.
+    Doctor(doctor::Args),
     /// Check domain folders.
     #[command(subcommand)]
     Domain(domain::Verb),
@@ -144,6 +147,7 @@ pub fn main() -> ExitCode {
         Verb::Goal(args) => goal::run(&args),
         Verb::Exemplar(verb) => exemplar::run(&verb),
         Verb::Dataset(verb) => dataset::run(&verb),
+        Verb::Doctor(args) => doctor::run(&args),
         Verb::Domain(verb) => domain::run(&verb),
         Verb::New(verb) => new::run(&verb),
         Verb::Parts(args) => parts::run(&args),

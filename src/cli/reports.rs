@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::doctor::DoctorFinding;
 use crate::domain_check::DomainFinding;
 use crate::messages::{TaskState, Verdict};
 use crate::metrics::EpisodeReport;
@@ -430,4 +431,20 @@ pub(super) struct TaskReport<'a> {
     pub(super) run_s: Option<f64>,
     /// Whether the goal really holds, where the world is simulated.
     pub(super) goal_in_simulator: Option<bool>,
+}
+
+/// Output of `groundloop doctor --json`.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(title = "groundloop doctor --json")]
+pub(super) struct DoctorReport {
+    /// The run file whose needs were checked; `null` without one, or with one that cannot be used.
+    pub(super) run_file: Option<String>,
+    /// How many findings are faults: with one the exit code is 6.
+    pub(super) n_faults: usize,
+    /// How many findings are warnings.
+    pub(super) n_warnings: usize,
+    /// With `--clean` how many files were removed, and their bytes.
+    pub(super) cleaned: Option<[u64; 2]>,
+    /// All findings, in the order of the checks.
+    pub(super) findings: Vec<DoctorFinding>,
 }

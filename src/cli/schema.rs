@@ -7,8 +7,8 @@ use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 use super::reports::{
-    ConfigReport, DomainCheckReport, ExemplarCheckReport, GoalReport, GroundReport, PartsReport,
-    PlanReport, RunReport, ServeReport, TaskReport, ValidationReport,
+    ConfigReport, DoctorReport, DomainCheckReport, ExemplarCheckReport, GoalReport, GroundReport,
+    PartsReport, PlanReport, RunReport, ServeReport, TaskReport, ValidationReport,
 };
 use super::{Failure, out};
 use crate::eval::prodgv::EvaluationReport;
@@ -30,6 +30,7 @@ const SCHEMAS: &[(&str, Make)] = &[
     ("config-show", schema::<ConfigReport>),
     #[cfg(feature = "sim")]
     ("dataset-generate", schema::<crate::dataset::DatasetReport>),
+    ("doctor", schema::<DoctorReport>),
     ("domain-check", schema::<DomainCheckReport>),
     ("eval-prodg-v", schema::<EvaluationReport>),
     ("eval-robustness", schema::<RobustnessReport>),

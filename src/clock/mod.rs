@@ -2,7 +2,7 @@
 
 mod stamps;
 
-use rustix::time::{ClockId, clock_gettime};
+use rustix::time::{ClockId, Timespec, clock_getres, clock_gettime};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -23,8 +23,16 @@ pub fn thread_cpu_ns() -> u64 {
     nanoseconds(ClockId::ThreadCPUTime)
 }
 
+/// The smallest step of the monotonic clock, in nanoseconds.
+pub fn monotonic_resolution_ns() -> u64 {
+    in_ns(clock_getres(ClockId::Monotonic))
+}
+
 fn nanoseconds(id: ClockId) -> u64 {
-    let time = clock_gettime(id);
+    in_ns(clock_gettime(id))
+}
+
+fn in_ns(time: Timespec) -> u64 {
     let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
     let nanos = u64::try_from(time.tv_nsec).unwrap_or(0);
     seconds * 1_000_000_000 + nanos

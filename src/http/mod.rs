@@ -11,6 +11,7 @@ mod error;
 mod answers;
 mod retry;
 mod client;
+mod reach;
 pub mod chat;
 
 #[cfg(test)]
@@ -19,5 +20,6 @@ mod tests;
 pub use answers::Answers;
 pub use client::Client;
 pub use error::WebError;
+pub use reach::reachable;
 pub use request::{Header, Method, Reply, Request, SentImage, shown_url};
 pub use retry_policy::RetryPolicy;

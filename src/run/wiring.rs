@@ -216,12 +216,18 @@ impl PreparedRun {
         self.examples.iter().map(|(_, example)| Facts::new(example.init.clone()))
     }
 
+    /// The name of each camera, and the bytes of its frames with depth.
+    pub fn frame_bytes(&self) -> Vec<(String, u64)> {
+        let others = self.others.iter().map(|other| (other.name.clone(), size_of(&other.examples)));
+        let cameras = std::iter::once((MAIN_CAMERA.to_owned(), self.image_size())).chain(others);
+        let bytes = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height) * PIXEL_BYTES;
+        cameras.map(|(name, size)| (name, bytes(size))).collect()
+    }
+
     /// Refuses to start where shared memory is too small: what does not fit ends the process without a
     /// word when it is written.
     pub(super) fn check_room(&self) -> Result<(), Fatal> {
-        let sizes = self.others.iter().map(|other| size_of(&other.examples));
-        let sizes = sizes.chain([self.image_size()]);
-        let bytes = sizes.map(|[width, height]| u64::from(width) * u64::from(height) * PIXEL_BYTES);
+        let bytes = self.frame_bytes().into_iter().map(|(_, bytes)| bytes);
         let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room(bytes) else {
             return Ok(());
         };

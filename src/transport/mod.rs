@@ -10,6 +10,7 @@ mod patience;
 mod reserve;
 mod ports;
 mod bus;
+mod census;
 mod silence;
 pub mod convert;
 mod join;
@@ -20,9 +21,13 @@ mod reason;
 use thiserror::Error;
 
 pub use bus::{Bus, BusConfig};
+pub use census::{BusCensus, BusProcess, Leftover};
 pub use join::{EventReader, join};
 pub use outbox::{Delivery, Outgoing, SendHook};
-pub use place::{MissingRoom, RUN_NAME_BYTES_MAX, missing_room, run_name_fault};
+pub use place::{
+    MissingRoom, OpenFilesLimit, RUN_NAME_BYTES_MAX, RootFolder, SharedMemory, missing_room,
+    room_for, run_name_fault,
+};
 pub use ports::{Depth, Drops, Publisher, Received, Subscriber};
 use reason::reason;
 pub use services::Record;

@@ -2,13 +2,15 @@
 //! half made, open files, room.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use rustix::fs::Access;
 use rustix::process::{Resource, Rlimit, getrlimit, getuid, setrlimit};
 
 /// Where the system keeps shared memory; its objects lie here whatever the bus's root is.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 /// `f_type` of a memory file system (Linux, `statfs(2)`).
 const TMPFS_MAGIC: rustix::fs::FsWord = 0x0102_1994;
 /// Longest name of a run, in bytes.
@@ -141,8 +143,93 @@ pub(super) fn free_bytes() -> Option<u64> {
     Some(info.f_bavail.saturating_mul(info.f_frsize))
 }
 
-fn room_for(frame_bytes: impl Iterator<Item = u64>) -> u64 {
+/// Shared memory that a run needs with frames of these sizes, in bytes.
+pub fn room_for(frame_bytes: impl Iterator<Item = u64>) -> u64 {
     ROOM_BYTES_MIN.saturating_add(frame_bytes.sum::<u64>().saturating_mul(FRAMES_HELD))
+}
+
+/// Shared memory as the system has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SharedMemory {
+    /// Where it is.
+    pub path: &'static str,
+    /// Whether it is a memory file system.
+    pub is_memory: bool,
+    /// Whether this process may make files there.
+    pub is_writable: bool,
+    /// Its size; nothing where the system does not say.
+    pub total_bytes: Option<u64>,
+    /// What is free of it.
+    pub free_bytes: Option<u64>,
+}
+
+impl SharedMemory {
+    /// Looks.
+    pub fn look() -> Self {
+        let info = rustix::fs::statvfs(SHARED_MEMORY).ok();
+        let total_bytes = info.map(|info| info.f_blocks.saturating_mul(info.f_frsize));
+        Self {
+            path: SHARED_MEMORY,
+            is_memory: is_tmpfs(Path::new(SHARED_MEMORY)),
+            is_writable: is_writable(Path::new(SHARED_MEMORY)),
+            total_bytes,
+            free_bytes: free_bytes(),
+        }
+    }
+}
+
+fn is_writable(path: &Path) -> bool {
+    rustix::fs::access(path, Access::WRITE_OK | Access::EXEC_OK).is_ok()
+}
+
+/// The folder of the bookkeeping, and those of other users.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RootFolder {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Who looks.
+    pub user: u32,
+    /// Whose it is; nothing where it is not there yet.
+    pub owner: Option<u32>,
+    /// Whether this process may make files there; where it is not there yet, whether it can be made.
+    pub is_writable: bool,
+    /// The users that have folders of their own beside it.
+    pub others: Vec<String>,
+}
+
+impl RootFolder {
+    /// Looks.
+    pub fn look() -> Self {
+        let (path, user) = (default_root(), getuid().as_raw());
+        let owner = fs::metadata(&path).ok().map(|info| info.uid());
+        let beside = path.parent().unwrap_or(&path);
+        let is_writable = is_writable(if owner.is_some() { &path } else { beside });
+        let entries = fs::read_dir(beside).into_iter().flatten().flatten();
+        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let others = names.filter_map(|name| name.strip_prefix("groundloop-").map(str::to_owned));
+        let mut others: Vec<String> = others.filter(|other| *other != user.to_string()).collect();
+        others.sort();
+        Self { path, user, owner, is_writable, others }
+    }
+}
+
+/// How many files this process may open; nothing for a limit that there is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OpenFilesLimit {
+    /// Now.
+    pub soft: Option<u64>,
+    /// What it may be raised to.
+    pub hard: Option<u64>,
+    /// What a run needs.
+    pub needed: u64,
+}
+
+impl OpenFilesLimit {
+    /// Looks.
+    pub fn look() -> Self {
+        let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+        Self { soft: current, hard: maximum, needed: OPEN_FILES_MIN }
+    }
 }
 
 #[cfg(test)]
