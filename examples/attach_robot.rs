@@ -90,6 +90,10 @@ impl Robot for MyRobot {
         }
     }
 
+    fn refuse(&mut self, command_id: u64, reason: String) {
+        self.say(command_id, StatusKind::Failed(reason));
+    }
+
     fn tick(&mut self) {
         self.arm.step();
         if let Some((command_id, kind)) = self.sequencer.tick(&mut self.arm) {

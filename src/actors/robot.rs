@@ -61,12 +61,12 @@ pub async fn serve(
             None => Some(ports.commands.next().await?),
         };
         match command.as_ref().map(read) {
-            Some(Some(command)) => {
+            Some(Ok(command)) => {
                 monitor.message("robot").await;
                 heard = Instant::now();
                 tokio::task::block_in_place(|| robot.accept(&command));
             }
-            Some(None) => continue,
+            Some(Err((id, reason))) => robot.refuse(id, reason),
             None => tokio::task::block_in_place(|| {
                 if heard.elapsed() > command_age_max {
                     stand(&mut *robot, command_age_max);
@@ -90,14 +90,13 @@ fn stand(robot: &mut dyn Robot, command_age_max: Duration) {
     robot.accept(&Command { id, frame_sequence, capture_ns, kind, step: None });
 }
 
-fn read(received: &Received<DeviceHeader, CommandRecord>) -> Option<Command> {
-    match command_from_wire(received.header(), received.records()) {
-        Ok(command) => Some(command),
-        Err(error) => {
-            tracing::warn!(%error, "robot/command");
-            None
-        }
-    }
+/// A command; or which motion cannot be read, and why: the executor is not to wait for it.
+fn read(received: &Received<DeviceHeader, CommandRecord>) -> Result<Command, (u64, String)> {
+    command_from_wire(received.header(), received.records()).map_err(|error| {
+        tracing::warn!(%error, "robot/command");
+        let id = received.records().first().map_or(0, |record| record.command_id);
+        (id, format!("the command cannot be read: {error}"))
+    })
 }
 
 fn publish(ports: &Ports, robot: &mut dyn Robot) -> Result<(), ActorError> {

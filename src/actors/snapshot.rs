@@ -68,14 +68,15 @@ pub struct SnapshotArgs {
     pub instruction: String,
     /// What is wanted.
     pub request: SnapshotRequest,
-    /// Held while the picture is drawn and written: who has stopped the actor waits for it.
-    pub drawing: Arc<Mutex<()>>,
+    /// Held while the picture is drawn and written: who has stopped the actor waits for it. Then it says why
+    /// there is no picture, if there is none.
+    pub drawing: Arc<Mutex<Option<String>>>,
 }
 
 /// Draws the cycle that is asked for.
 ///
 /// # Errors
-/// [`ActorError`] when the bus fails or the picture cannot be written.
+/// [`ActorError`] when the bus fails. A picture that cannot be written ends nothing.
 pub async fn serve(args: Arc<SnapshotArgs>) -> Result<(), ActorError> {
     let mut frames: Subscriber<FrameHeader, u8> =
         args.bus.subscriber(&CAMERA_RGB, Depth::newest())?;
@@ -111,8 +112,9 @@ pub async fn serve(args: Arc<SnapshotArgs>) -> Result<(), ActorError> {
             if let (Some(scene), Some((_, picture))) = (scene, picture)
                 && args.request.wants(scene, &plan)
             {
-                let _drawing = args.drawing.lock().await;
-                return write(&args, picture, scene, &plan, goal);
+                let mut fault = args.drawing.lock().await;
+                *fault = write(&args, picture, scene, &plan, goal).err();
+                return Ok(());
             }
         }
         pictures.drain(..pictures.len().saturating_sub(KEPT));
@@ -135,8 +137,7 @@ fn write(
     scene: &Scene,
     plan: &PlanMessage,
     goal: &GoalMessage,
-) -> Result<(), ActorError> {
-    let part = |reason: String| ActorError::Part { reason };
+) -> Result<(), String> {
     let facts = scene.confirmed();
     let objects = objects(args, scene, &facts);
     let edges = edges(args, &facts);
@@ -164,9 +165,9 @@ fn write(
         objects: &objects,
         edges: &edges,
     };
-    let drawn = draw(picture, &input).map_err(|e| part(e.to_string()))?;
+    let drawn = draw(picture, &input).map_err(|e| e.to_string())?;
     let path = &args.request.path;
-    drawn.save(path).map_err(|e| part(format!("{}: {e}", path.display())))
+    drawn.save(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn objects(args: &SnapshotArgs, scene: &Scene, facts: &Facts) -> Vec<ObjectMark> {

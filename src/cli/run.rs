@@ -124,7 +124,10 @@ async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
             }
             Err(error) => return Err(error.into()),
         };
-        if let Some(path) = args.snapshot.as_ref().filter(|path| !path.is_file()) {
+        if let Some(reason) = &episode.snapshot_fault {
+            out::error(&format!("the picture is not written: {reason}"));
+            worst = worst.max(exit::INTERNAL);
+        } else if let Some(path) = args.snapshot.as_ref().filter(|path| !path.is_file()) {
             out::note(&format!("{}: no settled cycle with a plan to draw", path.display()));
         }
         let verdict = &episode.end.verdict;

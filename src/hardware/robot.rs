@@ -22,6 +22,9 @@ pub trait Robot: Send {
     /// Takes a command; in lockstep, carries on until the next frame is due.
     fn accept(&mut self, command: &Command);
 
+    /// Takes note of a motion that was asked for and cannot be read: it says that it has failed, and why.
+    fn refuse(&mut self, command_id: u64, reason: String);
+
     /// Carries on until now (realtime).
     fn tick(&mut self);
 

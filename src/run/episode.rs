@@ -48,6 +48,8 @@ pub struct Episode {
     pub report: EpisodeReport,
     /// The executor's own account.
     pub end: EpisodeResult,
+    /// Why the picture that was asked for could not be written.
+    pub snapshot_fault: Option<String>,
 }
 
 /// Runs one episode to its verdict.
@@ -64,7 +66,7 @@ pub async fn run_episode(
     let mut description = Description::open(&options.bus)?;
     description.tell(prepared, (options.bus.run(), context.run_id), false)?;
     let station = Station::open(prepared, options.bus, &context)?;
-    let drawing = Arc::new(Mutex::new(()));
+    let drawing = Arc::new(Mutex::new(None));
     let snapshot = options.snapshot.map(|request| {
         let args = snapshot::SnapshotArgs {
             bus: station.bus.clone(),
@@ -80,8 +82,8 @@ pub async fn run_episode(
     let more = snapshot.into_iter().chain(station.hardware_actors()).collect();
     let play = Play { context, started, before: None, more };
     let played = Box::pin(station.play(prepared, play)).await;
-    drop(drawing.lock().await);
-    played
+    let snapshot_fault = drawing.lock().await.take();
+    Ok(Episode { snapshot_fault, ..played? })
 }
 
 /// When an episode began.
@@ -212,7 +214,7 @@ impl Station {
             history.dispatches.retain(|dispatch| Some(dispatch.frame_sequence) > answered);
             judge(prepared, &history, (&diary, &result, goal.as_ref()), &mut report);
         }
-        Ok(Episode { report, end: result })
+        Ok(Episode { report, end: result, snapshot_fault: None })
     }
 
     /// What has gone wrong in the simulated world, so far.

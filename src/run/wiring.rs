@@ -231,14 +231,11 @@ impl PreparedRun {
         let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room(bytes) else {
             return Ok(());
         };
-        let [needed, free] = [needed_bytes, free_bytes].map(|bytes| bytes >> 20);
-        Err(Fatal::Missing {
-            what: format!(
-                "shared memory: the run needs {needed} MB in /dev/shm, where {free} MB are free"
-            ),
-            how: format!(
-                "remove what lies there, raise --shm-size of the container to {needed}m, or use smaller \
-                 frames"
+        let (needed, free) = (needed_bytes.div_ceil(1 << 20), free_bytes >> 20);
+        Err(Fatal::Full {
+            message: format!(
+                "shared memory: the run needs {needed} MB in /dev/shm, where {free} MB are free: remove what lies \
+                 there, raise --shm-size of the container to {needed}m, or use smaller frames"
             ),
         })
     }

@@ -263,6 +263,13 @@ impl<H: WireHeader, R: Record> Received<H, R> {
     }
 }
 
+/// What is said of a message of another schema.
+fn other_version(schema: u32) -> String {
+    format!(
+        "a message of schema {schema}, and this program reads schema {SCHEMA}: run one version of groundloop"
+    )
+}
+
 /// What a reader has missed so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drops {
@@ -459,13 +466,8 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
                 (self.drops.foreign, self.drops.foreign_schema) =
                     (self.drops.foreign + 1, Some(got));
                 if let Some(nth) = self.told.count("schema") {
-                    tracing::warn!(
-                        topic = self.wakeups.topic,
-                        expected = SCHEMA,
-                        got,
-                        nth,
-                        "schema"
-                    );
+                    let topic = self.wakeups.topic;
+                    tracing::warn!(topic, nth, "refused: {}", other_version(got));
                 }
                 continue;
             }

@@ -14,8 +14,11 @@ mod foreign;
 mod holds;
 mod protocol;
 mod python_client;
+mod robot_alone;
 mod ros2_bridge;
 mod serve;
 mod silence;
 mod topics;
 mod transport;
+#[cfg(feature = "sim")]
+mod versions;

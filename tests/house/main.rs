@@ -8,6 +8,8 @@ mod cli;
 mod configuration;
 mod layers;
 mod messages;
+#[cfg(feature = "sim")]
+mod numbers;
 mod parts;
 mod plan_limits;
 mod schemas;

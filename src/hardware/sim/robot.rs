@@ -438,6 +438,10 @@ impl Robot for SimRobot {
         hardware.frame_is_due(frame_ns);
     }
 
+    fn refuse(&mut self, command_id: u64, reason: String) {
+        self.0.lock().say(command_id, StatusKind::Failed(reason));
+    }
+
     fn tick(&mut self) {
         let mut hardware = self.0.lock();
         let now_ns = monotonic_ns();

@@ -276,15 +276,9 @@ pub fn command_from_wire(
     records: &[CommandRecord],
 ) -> Result<Command, WireError> {
     let record = single("command", records)?;
-    let n_waypoints = record.n_waypoints as usize;
-    let waypoints = record
-        .waypoints
-        .get(..n_waypoints)
-        .ok_or_else(|| WireError::new("n_waypoints", WAYPOINTS_MAX, n_waypoints))?;
-    let waypoints = waypoints.iter().map(waypoint_from_wire).collect::<Result<_, _>>()?;
     let kind = match record.kind {
         0 => CommandKind::Continue,
-        1 => CommandKind::Start(Motion { waypoints }),
+        1 => CommandKind::Start(motion_from_wire(record)?),
         2 => CommandKind::Cancel,
         3 => CommandKind::Hold,
         other => return Err(WireError::new("command kind", "0 to 3", other)),
@@ -297,6 +291,17 @@ pub fn command_from_wire(
         kind,
         step: has_step.then(|| any_step_from_wire(&record.step)).transpose()?,
     })
+}
+
+/// Only a start has waypoints that count: a hold is obeyed whatever stands there.
+fn motion_from_wire(record: &CommandRecord) -> Result<Motion, WireError> {
+    let n_waypoints = record.n_waypoints as usize;
+    let waypoints = record
+        .waypoints
+        .get(..n_waypoints)
+        .ok_or_else(|| WireError::new("n_waypoints", WAYPOINTS_MAX, n_waypoints))?;
+    let waypoints = waypoints.iter().map(waypoint_from_wire).collect::<Result<_, _>>()?;
+    Ok(Motion { waypoints })
 }
 
 fn waypoint_from_wire(record: &WaypointRecord) -> Result<Waypoint, WireError> {
