@@ -2,6 +2,7 @@
 
 mod table;
 mod out;
+mod until_stopped;
 mod camera;
 mod camera_flags;
 mod config;

@@ -63,7 +63,12 @@ fn gather(
                 let program = words.first().and_then(toml::Value::as_str);
                 programs.extend(program.map(|program| (key, program.to_owned())));
             }
-            _ => {}
+            toml::Value::String(_)
+            | toml::Value::Array(_)
+            | toml::Value::Integer(_)
+            | toml::Value::Float(_)
+            | toml::Value::Boolean(_)
+            | toml::Value::Datetime(_) => {}
         }
     }
 }

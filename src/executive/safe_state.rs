@@ -62,6 +62,9 @@ pub struct Overdue {
     pub ms_max: f64,
 }
 
+/// A time in nanoseconds, what it may be in milliseconds, and the cause when it is longer.
+type Row = (u64, f64, fn(Overdue) -> HoldCause);
+
 impl WatchBounds {
     /// Those of a run file, with the time between two frames in seconds.
     pub fn of(limits: &Limits, frame_s: f64) -> Self {
@@ -91,7 +94,7 @@ impl Watch {
             return Some(HoldCause::Paused);
         }
         let (silence, age) = (bounds.silence_ms_max(), bounds.age_ms_max());
-        let rows: [(u64, f64, fn(Overdue) -> HoldCause); 4] = [
+        let rows: [Row; 4] = [
             (self.plan_ns, silence, HoldCause::NoPlan),
             (self.robot_ns, silence, HoldCause::NoRobotState),
             (self.scene_age_ns, age, HoldCause::OldScene),

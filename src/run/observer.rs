@@ -22,7 +22,8 @@ use crate::transport::wire::{
 use crate::transport::{Bus, Depth, Received, Subscriber, TransportError};
 
 /// Messages of each topic that wait at most while the observer is busy.
-const DEPTH: Depth = Depth::all(64);
+const WAITING: usize = 64;
+const DEPTH: Depth = Depth::all(WAITING);
 /// Scenes, plans and commands that are kept until the decision that rests on them has come.
 const KEPT_MAX: usize = 256;
 
@@ -73,7 +74,7 @@ impl Observer {
             scenes: bus.subscriber(&SCENE, DEPTH)?,
             plans: bus.subscriber(&PLAN, DEPTH)?,
             commands: bus.subscriber(&ROBOT_COMMAND, DEPTH)?,
-            decisions: bus.subscriber(&DECISION, DEPTH)?,
+            decisions: bus.subscriber(&DECISION, Depth::numbered_elsewhere(WAITING))?,
             verdicts: bus.subscriber(&VERDICT, Depth::newest())?,
             goals: bus.subscriber(&GOAL, DEPTH)?,
             healths: bus.subscriber(&HEALTH, Depth::newest())?,

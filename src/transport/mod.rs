@@ -8,6 +8,7 @@ mod told;
 mod place;
 mod patience;
 mod reserve;
+mod wakeups;
 mod ports;
 mod bus;
 mod census;

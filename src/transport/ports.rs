@@ -6,23 +6,17 @@
 //! without that a slow topic (goal, plan) would stay silent until its next message.
 
 use std::mem::MaybeUninit;
-use std::os::fd::{AsRawFd, RawFd};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 
 use iceoryx2::node::Node;
-use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as SamplePublisher;
 use iceoryx2::port::subscriber::Subscriber as SampleSubscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
-use iceoryx2::prelude::{
-    AllocationStrategy, BackpressureStrategy, EventId, FileDescriptorBased as _,
-};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId};
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use tokio::io::Interest;
-use tokio::io::unix::AsyncFd;
 use tokio::task::JoinHandle;
 
 use super::TransportError;
@@ -32,6 +26,7 @@ use super::reserve::{LackingRoom, Reserve};
 use super::services::{Record, Service, events, late_joiners, samples};
 use super::told::Told;
 use super::topics::Topic;
+use super::wakeups::Wakeups;
 use super::wire::{SCHEMA, WireHeader};
 use crate::clock::monotonic_ns;
 
@@ -55,52 +50,16 @@ impl Depth {
         Self { waiting: NEWEST_DEPTH, is_complete: false }
     }
 
+    /// Every message counts, and so many may wait; they have the numbers of another stream, such as decisions
+    /// those of the commands that they are about, and gaps say nothing.
+    pub const fn numbered_elsewhere(waiting: usize) -> Self {
+        Self { waiting, is_complete: false }
+    }
+
     /// Every message counts, and so many may wait (at most the topic's `depth_max`); a gap is an
     /// error in the log.
     pub const fn all(waiting: usize) -> Self {
         Self { waiting, is_complete: true }
-    }
-}
-
-/// A listener whose file descriptor tokio watches.
-struct WatchedListener(Listener<Service>);
-
-impl AsRawFd for WatchedListener {
-    #[expect(unsafe_code, reason = "iceoryx2 hands the descriptor out through an unsafe call")]
-    fn as_raw_fd(&self) -> RawFd {
-        // SAFETY: the descriptor is only registered with tokio's reactor and never closed or read
-        // through this handle; it lives as long as the listener, which `AsyncFd` owns.
-        unsafe { self.0.file_descriptor().native_handle() }
-    }
-}
-
-/// Wake-ups of one topic.
-struct Wakeups {
-    fd: AsyncFd<WatchedListener>,
-    topic: &'static str,
-}
-
-impl Wakeups {
-    #[expect(unsafe_code, reason = "tokio asks for a descriptor that stays the same; it does")]
-    fn new(listener: Listener<Service>, topic: &Topic) -> Result<Self, TransportError> {
-        let watched = WatchedListener(listener);
-        // SAFETY: `WatchedListener` owns its listener and returns the same open descriptor for as
-        // long as it lives; `AsyncFd` deregisters before it drops the listener.
-        let fd = unsafe { AsyncFd::register_with_interest(watched, Interest::READABLE) }
-            .map_err(|e| TransportError::open(topic.name, &e))?;
-        Ok(Self { fd, topic: topic.name })
-    }
-
-    /// Waits for the next wake-up and drains all that are pending.
-    async fn wait(&self) -> Result<(), TransportError> {
-        let mut ready = self.fd.readable().await.map_err(|e| self.fault(&e))?;
-        ready.clear_ready();
-        self.fd.get_ref().0.try_wait(|_| ()).map_err(|e| self.fault(&e))?;
-        Ok(())
-    }
-
-    fn fault(&self, error: &dyn std::fmt::Display) -> TransportError {
-        TransportError::Receive { topic: self.topic, reason: reason(error) }
     }
 }
 
@@ -486,8 +445,7 @@ impl<H: WireHeader, R: Record> Subscriber<H, R> {
     /// Drops what is here already; how many messages that nobody was woken for.
     pub(super) fn drain_unwoken(&mut self) -> Result<u64, TransportError> {
         let mut is_woken = false;
-        let listener = &self.wakeups.fd.get_ref().0;
-        listener.try_wait(|_| is_woken = true).map_err(|e| self.wakeups.fault(&e))?;
+        self.wakeups.drain(|| is_woken = true)?;
         let before = self.drops;
         let mut n = 0;
         while self.poll_next()?.is_some() {

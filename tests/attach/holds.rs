@@ -47,7 +47,7 @@ impl Moving {
         let config = small("blocksworld.toml", &[clock]);
         let ports = HardwarePorts::build(&config, &config.domain_folder().unwrap()).unwrap();
         let sets = [&[clock, SMALL_CAMERA[2], "robot.wait_s=120"], sets].concat();
-        let (run, _folder) = external::run(&name, &sets);
+        let (run, folder) = external::run(&name, &sets);
         let bus = Bus::open(&BusConfig::for_run(name)).unwrap();
         let commands = bus.subscriber(&ROBOT_COMMAND, Depth::all(RELIABLE_DEPTH)).unwrap();
         let statuses = bus.subscriber(&ROBOT_STATUS, Depth::all(RELIABLE_DEPTH)).unwrap();
@@ -58,7 +58,7 @@ impl Moving {
             playing.spawn(async move { (actor.serve)().await.unwrap() });
         }
         while !matches!(events.next().await.unwrap().event, Event::Started { .. }) {}
-        Self { run, bus, commands, statuses, events, camera, robot, _folder }
+        Self { run, bus, commands, statuses, events, camera, robot, _folder: folder }
     }
 
     async fn command(&mut self) -> CommandKind {
@@ -176,4 +176,19 @@ fn a_run_has_a_plain_name() {
         assert_eq!(ended.status.code(), Some(2), "{}", ended.stderr);
         assert!(ended.stderr.contains("letters a-z, digits"), "{}", ended.stderr);
     }
+}
+
+/// A process that was killed between making and sizing a file leaves it empty: iceoryx2 would wait for it without
+/// an end.
+#[test]
+fn what_a_killed_start_left_empty_keeps_nobody() {
+    let BusConfig { prefix, .. } = BusConfig::for_run("x");
+    let left = std::path::PathBuf::from(format!(
+        "/dev/shm/{prefix}left_by_{}.dynamic",
+        std::process::id()
+    ));
+    std::fs::write(&left, "").unwrap();
+    let ended = Process::start(&["topics", "list", "--run", &unique_run("nobody")]).end();
+    assert_eq!(ended.status.code(), Some(5), "{}", ended.stderr);
+    assert!(!left.exists());
 }

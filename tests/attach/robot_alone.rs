@@ -36,8 +36,8 @@ impl Rig {
         Self { commands, statuses, _robot: robot }
     }
 
-    fn send(&self, header: DeviceHeader, record: CommandRecord) {
-        self.commands.publish(header, &[record]).unwrap();
+    fn send(&self, header: DeviceHeader, record: &CommandRecord) {
+        self.commands.publish(header, std::slice::from_ref(record)).unwrap();
     }
 
     async fn next(&mut self) -> Status {
@@ -65,16 +65,19 @@ fn a_motion_that_cannot_be_read_has_failed_and_a_hold_is_obeyed() {
         let mut rig = Rig::start(&run, &["robot.command_age_ms_max=600000"]);
         let mut broken = start(1);
         broken.waypoints[1].speed_m_s = f64::NAN;
-        rig.send(device_header(0, 0), broken);
+        rig.send(device_header(0, 0), &broken);
         let status = rig.next().await;
         let StatusKind::Failed(reason) = status.kind else { unreachable!("{status:?}") };
         assert_eq!(status.command_id, 1);
-        assert!(reason.contains("the command cannot be read: waypoint"), "{reason}");
-        rig.send(device_header(1, 0), start(2));
+        assert!(
+            reason.contains("the command cannot be read: message rejected: waypoint"),
+            "{reason}"
+        );
+        rig.send(device_header(1, 0), &start(2));
         assert_eq!(rig.next().await.kind, StatusKind::Accepted);
         let mut hold = command(2, CommandKind::Hold);
         hold.n_waypoints = 99;
-        rig.send(device_header(2, 0), hold);
+        rig.send(device_header(2, 0), &hold);
         let held = rig.next().await;
         assert_eq!((held.command_id, held.kind), (2, StatusKind::Cancelled));
     });
@@ -86,7 +89,7 @@ fn a_robot_that_hears_nothing_more_holds_by_itself() {
     let run = TestRun::new();
     runtime().block_on(async {
         let mut rig = Rig::start(&run, &["robot.command_age_ms_max=300"]);
-        rig.send(device_header(0, 0), start(1));
+        rig.send(device_header(0, 0), &start(1));
         assert_eq!(rig.next().await.kind, StatusKind::Accepted);
         let held = rig.next().await;
         assert_eq!((held.command_id, held.kind), (1, StatusKind::Cancelled));
@@ -100,9 +103,9 @@ fn commands_of_another_version_move_nothing() {
     runtime().block_on(async {
         let mut rig = Rig::start(&run, &["robot.command_age_ms_max=600000"]);
         for schema in [SCHEMA + 1, SCHEMA - 1] {
-            rig.send(DeviceHeader { schema, ..device_header(0, 0) }, start(1));
+            rig.send(DeviceHeader { schema, ..device_header(0, 0) }, &start(1));
         }
-        rig.send(device_header(1, 0), start(2));
+        rig.send(device_header(1, 0), &start(2));
         let first = rig.next().await;
         assert_eq!((first.command_id, first.kind), (2, StatusKind::Accepted));
     });

@@ -1,6 +1,5 @@
 //! Two versions of the program on one bus: each refuses the other by name, and none misreads what the other says.
 //! Cameras and robots of another version: `silence.rs` and `robot_alone.rs`.
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 use crate::common::external;
 use crate::common::{Process, runtime, unique_run};

@@ -588,6 +588,34 @@ fn a_picture_of_what_was_understood_is_written() {
     assert!(fs::metadata(&path).unwrap().len() > 10_000);
 }
 
+/// A folder stands where the picture would: it is told in the end, and the episode is what it is.
+#[test]
+fn a_picture_that_fails_in_mid_episode_does_not_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.png");
+    fs::create_dir(&path).unwrap();
+    let more = ["--snapshot", path.to_str().unwrap(), "--json"];
+    let ran = call(&run_args("configs/blocksworld.toml", &THREE_BLOCKS, &more));
+    assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+    assert_eq!(one_object(&ran.stdout)["verdict"], "reached");
+    assert!(ran.stderr.contains("error: the picture is not written: "), "{}", ran.stderr);
+}
+
+/// What nobody can read was not written.
+#[test]
+fn output_to_a_full_disk_fails() {
+    for args in
+        [&["parts", "--json"][..], &["config", "show", "blocksworld"], &["doctor", "--json"]]
+    {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_groundloop"));
+        let output = command.current_dir(project("")).args(args).stdout(full).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {said}");
+        assert!(said.contains("error: standard output: "), "{args:?}: {said}");
+    }
+}
+
 #[test]
 fn a_picture_that_cannot_be_written_is_an_error() {
     let more = ["--snapshot", "nowhere/picture.png", "--json"];

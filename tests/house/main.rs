@@ -6,6 +6,8 @@ mod common;
 #[cfg(feature = "sim")]
 mod cli;
 mod configuration;
+#[cfg(feature = "sim")]
+mod doctor;
 mod layers;
 mod messages;
 #[cfg(feature = "sim")]

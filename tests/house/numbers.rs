@@ -40,9 +40,9 @@ impl Numbers<'_> {
     fn table(&mut self, schema: &Value, within: &dyn Fn(&str) -> String, part: Option<&str>) {
         for (key, property) in schema["properties"].as_object().into_iter().flatten() {
             let property = self.resolve(property).clone();
-            let is = |schema: &Value, kind: &str| match &schema["type"] {
-                Value::Array(kinds) => kinds.iter().any(|one| one == kind),
-                one => one == kind,
+            let is = |schema: &Value, kind: &str| {
+                let kinds = &schema["type"];
+                kinds == kind || kinds.as_array().is_some_and(|all| all.iter().any(|k| k == kind))
             };
             let items = self.resolve(&property["items"]).clone();
             let mut add = |value: &str| {
