@@ -188,7 +188,7 @@ fn outcome(
 ) -> (TaskState, Option<EpisodeReport>, Option<RunError>) {
     let failure = |error: &RunError| TaskState::Failed { reason: error.to_string() };
     match ended {
-        Ok(Episode { report, end }) => {
+        Ok(Episode { report, end, .. }) => {
             let state = match (end.verdict, failed) {
                 (Verdict::Stopped(_), Some(error)) => failure(error),
                 (verdict @ Verdict::Stopped(_), None) => {
