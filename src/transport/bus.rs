@@ -43,6 +43,13 @@ impl BusConfig {
 /// How long joining the bus may take.
 const OPEN_MAX: Duration = Duration::from_secs(10);
 
+fn has_room_to_open(topic: &'static str) -> Result<(), TransportError> {
+    let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room_to_open() else {
+        return Ok(());
+    };
+    Err(TransportError::Full { topic, needed_bytes, free_bytes })
+}
+
 /// iceoryx2 waits without an end for what another process has begun.
 fn unanswered(prefix: &str) -> String {
     format!(
@@ -70,6 +77,7 @@ impl Bus {
     ///
     /// # Errors
     /// [`TransportError::Open`] when the place cannot be used; it names the place.
+    /// [`TransportError::Full`] when shared memory is full.
     /// [`TransportError::Name`] for a run with a name that cannot be one.
     pub fn open(config: &BusConfig) -> Result<Self, TransportError> {
         let root = config.root.clone().unwrap_or_else(default_root);
@@ -78,6 +86,7 @@ impl Bus {
         if let Some(expected) = run_name_fault(&config.run) {
             return Err(TransportError::Name { run: config.run.clone(), expected });
         }
+        has_room_to_open("the bus")?;
         make_ready(&config.prefix).map_err(fault)?;
         let mut settings = Config::default();
         let root_text = root.to_str().ok_or_else(|| fault("the path is not UTF-8".to_owned()))?;
@@ -183,9 +192,7 @@ impl Bus {
     }
 
     fn opening(&self, topic: &Topic) -> Result<MutexGuard<'_, ()>, TransportError> {
-        if let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room_to_open() {
-            return Err(TransportError::Full { topic: topic.name, needed_bytes, free_bytes });
-        }
+        has_room_to_open(topic.name)?;
         Ok(self.opening.lock().unwrap_or_else(PoisonError::into_inner))
     }
 

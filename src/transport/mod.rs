@@ -98,7 +98,7 @@ pub enum TransportError {
         free_bytes / 1024
     )]
     Full {
-        /// Its name below the run.
+        /// Its name below the run, or "the bus".
         topic: &'static str,
         /// What it needs.
         needed_bytes: u64,

@@ -64,13 +64,6 @@ fn is_tmpfs(path: &Path) -> bool {
 /// which iceoryx2 0.10 would wait without an end.
 pub(super) fn make_ready(prefix: &str) -> Result<(), String> {
     allow_open_files()?;
-    if let Some(MissingRoom { needed_bytes, free_bytes }) = missing_room_to_open() {
-        let [needed, free] = [needed_bytes.div_ceil(1024), free_bytes / 1024];
-        return Err(format!(
-            "{SHARED_MEMORY} has {free} kB free, and {needed} kB are needed at least: remove what lies there, or \
-             raise --shm-size of the container"
-        ));
-    }
     remove_unfinished(Path::new(SHARED_MEMORY), prefix);
     Ok(())
 }

@@ -11,6 +11,7 @@ mod external_camera;
 #[cfg(feature = "sim")]
 mod external_robot;
 mod foreign;
+mod full_memory;
 mod holds;
 mod protocol;
 mod python_client;

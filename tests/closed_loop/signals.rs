@@ -1,7 +1,11 @@
 //! Ctrl-C and SIGTERM: the robot holds, and there is a verdict all the same.
 #![cfg(feature = "sim")]
+#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
-use crate::common::{Ended, Process, SMALL_CAMERA};
+use std::net::TcpListener;
+
+use crate::common::{Ended, Process, SMALL_CAMERA, runtime, unique_run};
+use groundloop::transport::{Bus, BusConfig, join};
 use rustix::process::Signal;
 
 /// Stops a run in the middle of a skill.
@@ -48,12 +52,46 @@ fn no_termination_is_a_panic() {
     }
 }
 
+/// Ends a run once something has happened in it, which `until` waits for.
+fn ended_once(sets: &[&str], until: impl FnOnce(&str)) -> Ended {
+    let name = unique_run("ended-once");
+    let sets = SMALL_CAMERA.iter().chain(sets).flat_map(|set| ["--set", *set]);
+    let args = ["run", "configs/blocksworld.toml", "--json", "--run", &name];
+    let run = Process::start(&args.into_iter().chain(sets).collect::<Vec<_>>());
+    until(&name);
+    run.signal(Signal::TERM);
+    run.end()
+}
+
 /// A camera that shows a frame every hundred seconds keeps nobody.
 #[test]
 fn a_stop_does_not_wait_for_the_next_frame() {
     let slow = ["clock=realtime", "camera.rate_hz=0.01", "camera.wait_s=1000", "robot.wait_s=900"];
-    let ended = ended_while(" state ", &slow, &[Signal::TERM]);
+    let ended = ended_once(&slow, |name| {
+        runtime().block_on(async {
+            let bus = Bus::open(&BusConfig::for_run(name)).unwrap();
+            join(&bus).await.unwrap();
+        });
+    });
     assert_eq!(ended.status.code(), Some(143), "{}", ended.stderr);
+}
+
+/// A detector in the loop whose service never answers keeps nobody, either.
+#[test]
+fn a_stop_does_not_wait_for_a_service() {
+    let service = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("perception.options.url=http://{}/", service.local_addr().unwrap());
+    let sets = [
+        "clock=realtime",
+        "perception.detector=http",
+        "perception.options.dialect=hugging_face",
+        "perception.detector_mode=sync",
+        &url,
+    ];
+    let mut asked = None;
+    let ended = ended_once(&sets, |_| asked = Some(service.accept().unwrap()));
+    assert_eq!(ended.status.code(), Some(143), "{}", ended.stderr);
+    assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
 }
 
 /// Whoever asks twice does not want to wait for anything.
