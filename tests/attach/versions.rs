@@ -45,6 +45,7 @@ fn description(domain_text: &str) -> RunDescriptor {
         seed: 1,
         program_version: "9.9.9".to_owned(),
         wire_schema: SCHEMA,
+        takes_tasks: false,
     }
 }
 
