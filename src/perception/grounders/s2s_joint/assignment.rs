@@ -21,8 +21,6 @@ pub(super) struct Assignment {
     pub(super) names: Vec<Name>,
     /// Where they are.
     pub(super) extents: Vec<Extent>,
-    /// Whether that is in the world.
-    pub(super) deep: bool,
     /// The judged tuples, in order of their atoms. `truth` is what has been decided.
     pub(super) judged: Vec<Judged>,
     /// Evidence for each of them, from -1 to 1.
@@ -63,7 +61,6 @@ impl Assignment {
         Self {
             names: sorted.keys().map(|name| (*name).clone()).collect(),
             extents: sorted.values().map(|object| Extent::of(object, deep)).collect(),
-            deep,
             judged,
             weights,
             anomalies: Vec::new(),

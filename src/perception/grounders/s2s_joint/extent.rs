@@ -64,12 +64,6 @@ impl Extent {
         self.sides.iter().zip(&below.sides).map(along).fold(1.0, f64::min)
     }
 
-    /// How far the two are apart sideways; negative where one is partly over the other.
-    pub(super) fn apart(&self, other: &Self) -> f64 {
-        let gap = |(own, other): (&[f64; 2], &[f64; 2])| (own[0] - other[1]).max(other[0] - own[1]);
-        self.sides.iter().zip(&other.sides).map(gap).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// Whether each of the two has the middle of the other over or under it.
     pub(super) fn is_in_column_with(&self, other: &Self) -> bool {
         self.is_over(other) > 0.0 && other.is_over(self) > 0.0

@@ -202,7 +202,7 @@ impl<'a> SupportSolver<'a> {
         }
     }
 
-    /// Objects over the ground that rest on nothing seen: whether what is beneath carries them is open.
+    /// Objects over the ground that rest on nothing seen.
     fn find_hanging(&self, assignment: &mut Assignment, below: &[Option<usize>]) {
         let Some(ground) = self.model.ground else { return };
         for &part in &self.parts {
@@ -211,35 +211,19 @@ impl<'a> SupportSolver<'a> {
             if below[part].is_some() || self.next.contains_key(&part) || !lifted {
                 continue;
             }
-            for other in self.beneath(assignment, part) {
-                if !below.contains(&Some(other))
-                    && let Some(place) = assignment.place(&self.support.predicate, part, other)
-                {
-                    assignment.decide(place, Truth::Unknown);
-                }
+            let beneath = |&&other: &&usize| {
+                let other_extent = &assignment.extents[other];
+                other_extent.level() < extent.level() && extent.is_over(other_extent) > 0.0
+            };
+            // `parts` goes downwards: the first is the nearest.
+            let nearest = self.parts.iter().find(beneath).copied();
+            let free = nearest.filter(|&other| !below.contains(&Some(other)));
+            if let Some(place) =
+                free.and_then(|other| assignment.place(&self.support.predicate, part, other))
+            {
+                assignment.decide(place, Truth::Unknown);
             }
             assignment.anomaly("nothing under", &[part]);
         }
-    }
-
-    /// What a hanging object may rest on: the nearest that its middle is over, and all that it touches
-    /// with a side. In the world, where nothing further off looks higher, at least the nearest sideways.
-    fn beneath(&self, assignment: &Assignment, part: usize) -> Vec<usize> {
-        let extent = assignment.extents[part];
-        let lower = |&other: &usize| assignment.extents[other].level() < extent.level();
-        let lower: Vec<usize> = self.parts.iter().copied().filter(lower).collect();
-        // `parts` goes downwards: the first is the nearest.
-        let nearest = lower.iter().find(|&&other| extent.is_over(&assignment.extents[other]) > 0.0);
-        let touched = |other: &&usize| {
-            let below = &assignment.extents[**other];
-            extent.apart(below) < 0.0 && extent.touches(below, self.model.sunk) > 0.0
-        };
-        let mut beneath: Vec<usize> = nearest.into_iter().copied().collect();
-        beneath.extend(lower.iter().filter(touched));
-        if beneath.is_empty() && assignment.deep {
-            let apart = |&other: &usize| extent.apart(&assignment.extents[other]);
-            beneath.extend(lower.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))));
-        }
-        beneath
     }
 }

@@ -161,52 +161,6 @@ fn a_disk_over_the_ground_hangs() {
     check(&list, &["(on-peg a peg1)"], &[], &["nothing under a"]);
 }
 
-/// A block on another at the left, and two side by side on the table.
-fn stacked_blocks() -> Joint {
-    let text = include_str!("../../../../domains/blocksworld/domain.pddl");
-    let domain = parse_domain(&SourceText::new("domain.pddl", text)).unwrap().value;
-    let text = include_str!("../../../../domains/blocksworld/perception.toml");
-    let perception = Perception::parse("perception.toml", text).unwrap();
-    let mut objects = blocks(&[("a", [50.0, 0.0, 25.0]), ("b", [50.0, 0.0, 75.0])]);
-    objects.extend(blocks(&[("c", [150.0, 0.0, 25.0]), ("d", [200.0, 0.0, 25.0])]));
-    let init = [Atom::new("on", &["b", "a"])].into_iter().collect();
-    let typed: Vec<Typed> =
-        objects.iter().map(|o| Typed::new(o.name.clone(), o.type_name.clone())).collect();
-    let boxes: Vec<_> = objects.iter().map(|o| (o.name.clone(), o.pixel_box)).collect();
-    let mut example = Exemplar::new("example", [SIDE, SIDE], &boxes, (&typed, init)).unwrap();
-    for (object, known) in example.objects.iter_mut().zip(&objects) {
-        object.volume = known.volume;
-    }
-    Joint::new(&domain, &perception, &Exemplars::new(vec![example]).unwrap()).unwrap()
-}
-
-/// Blocks of 50 mm by their middle in the world, seen from the side.
-fn blocks(list: &[(&str, [f64; 3])]) -> Vec<ObjectBox> {
-    let block = |(name, [x, y, z]): &(&str, [f64; 3])| {
-        let edges = [x - 25.0, 300.0 - z - 25.0, x + 25.0, 300.0 - z + 25.0];
-        let mut object = ObjectBox::new(Name::new(name), "block".into(), PixelBox::from(edges));
-        object.volume = Some(Aabb { centre: Point3::new(*x, *y, *z) / 1000.0, extent: [0.05; 3] });
-        object
-    };
-    list.iter().map(block).collect()
-}
-
-#[test]
-fn what_a_block_rests_on_is_open_where_it_lies_across_two_or_hangs_beside_one() {
-    let grounder = stacked_blocks();
-    let unknown = |x: f64, z: f64| {
-        let scene = [("a", [50.0, 0.0, 25.0]), ("b", [140.0, 0.0, 25.0]), ("c", [x, 0.0, z])];
-        let grounding = grounder.judge(&blocks(&scene));
-        let nothing: [&str; 0] = [];
-        assert_eq!(of(&grounding, Truth::True), nothing);
-        assert_eq!(reasons(&grounding), ["nothing under c"]);
-        of(&grounding, Truth::Unknown)
-    };
-    assert_eq!(unknown(95.0, 75.0), ["(on c a)", "(on c b)"], "across both");
-    assert_eq!(unknown(200.0, 120.0), ["(on c b)"], "beside the nearest, in the air");
-    assert_eq!(unknown(300.0, 120.0), ["(on c b)"], "far from all, in the air");
-}
-
 #[test]
 fn a_disk_far_from_all_seen_pegs_is_not_forced_onto_one() {
     let mut list = vec![disk("a", 100.0, 0, 40.0)];
