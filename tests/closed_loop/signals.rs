@@ -1,6 +1,5 @@
 //! Ctrl-C and SIGTERM: the robot holds, and there is a verdict all the same.
 #![cfg(feature = "sim")]
-#![expect(clippy::unwrap_used, reason = "a failed step must fail the test")]
 
 use std::net::TcpListener;
 
