@@ -2,7 +2,7 @@
 
 mod table;
 mod out;
-mod until_stopped;
+mod begin;
 mod camera;
 mod camera_flags;
 mod config;

@@ -2,35 +2,28 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use comfy_table::{Cell, Table};
 use indicatif::{ProgressBar, ProgressStyle};
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
+use super::begin::{join_bus, listen, on_runtime, read_run};
 use super::narrate::{Narrator, Style};
 use super::out::Stream;
 use super::reports::{EpisodeError, RunReport};
 use super::services::ServiceArgs;
 use super::table::{self, right};
-use super::until_stopped::{told_to_stop, unless_stopped};
 use super::{Failure, exit, out};
 use crate::actors::{SnapshotMoment, SnapshotRequest};
 use crate::messages::{Control, EventMessage, Stop, Verdict};
 use crate::metrics::{EpisodeReport, FaultRecord, Quantiles, UntrueDispatch};
 use crate::run::{
-    Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode,
+    Episode, EpisodeOptions, PreparedRun, RunConfig, RunError, load_run, run_episode, told_to_stop,
 };
 use crate::transport::convert::{control_to_wire, device_header};
 use crate::transport::topics::CONTROL;
 use crate::transport::wire::{ControlRecord, DeviceHeader};
-use crate::transport::{Bus, BusConfig, EventReader, Publisher};
-
-/// Threads of the runtime: the loop is a pipeline, more would not help one episode.
-pub(super) const WORKERS: usize = 2;
-/// How long is waited for threads that are still at work when the episodes are over.
-pub(super) const SHUTDOWN_MAX: Duration = Duration::from_secs(1);
+use crate::transport::{EventReader, Publisher};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -76,15 +69,7 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     config.seed = args.seed.unwrap_or(config.seed);
     config.run = args.run.clone().or(config.run);
     args.snapshot.as_deref().map_or(Ok(()), has_a_folder)?;
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(WORKERS)
-        .enable_all()
-        .build()
-        .map_err(Failure::internal)?;
-    let ended = runtime.block_on(episodes(args, config));
-    // A thread that is lost in a slow service ends with the process.
-    runtime.shutdown_timeout(SHUTDOWN_MAX);
-    ended
+    on_runtime(episodes(args, config))
 }
 
 /// A picture is drawn in mid-episode, which is too late to learn that it cannot be written.
@@ -100,12 +85,7 @@ fn has_a_folder(path: &Path) -> Result<(), RunError> {
 async fn episodes(args: &Args, config: RunConfig) -> Result<u8, Failure> {
     let mut stop = listen().map_err(Failure::internal)?;
     let first_seed = config.seed;
-    let data = args.data.clone();
-    let read = move || PreparedRun::read(config, data.as_deref());
-    let prepared = unless_stopped(&mut stop, read).await??;
-    for warning in &prepared.folder.warnings {
-        tracing::warn!(warning, "domain.pddl");
-    }
+    let prepared = read_run(config, args.data.clone(), &mut stop).await?;
     let (mut reports, mut errors) = (Vec::new(), Vec::new());
     let mut worst = 0;
     let bar = bar(args);
@@ -160,8 +140,7 @@ async fn watched(
     prepared: &PreparedRun,
     stop: &mut watch::Receiver<Option<Stop>>,
 ) -> Result<Result<Episode, RunError>, Failure> {
-    let bus = BusConfig::for_run(prepared.config.run_name());
-    let bus = unless_stopped(stop, move || Bus::open(&bus)).await??;
+    let bus = join_bus(prepared, stop).await?;
     let controls: Publisher<DeviceHeader, ControlRecord> = bus.publisher(&CONTROL)?;
     let mut events = EventReader::open(&bus)?;
     let mut teller = Teller::new(prepared, Stream::beside(args.json), args.verbose);
@@ -213,36 +192,6 @@ impl Teller {
             self.stream.line(&self.narrator.tell(cause.capture_ns, cause.cycle, event, columns));
         }
     }
-}
-
-/// Turns Ctrl-C, SIGTERM and SIGHUP into a stop that the loop carries out; a second one ends at once.
-pub(super) fn listen() -> std::io::Result<watch::Receiver<Option<Stop>>> {
-    let (sender, receiver) = watch::channel(None);
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut hang_up = signal(SignalKind::hangup())?;
-    tokio::spawn(async move {
-        let mut next = async || {
-            tokio::select! {
-                _ = interrupt.recv() => Stop::Interrupt,
-                _ = terminate.recv() => Stop::Terminate,
-                _ = hang_up.recv() => Stop::Terminate,
-            }
-        };
-        sender.send_replace(Some(next().await));
-        tokio::select! {
-            again = next() => end_at_once(again),
-            () = sender.closed() => {}
-        }
-    });
-    Ok(receiver)
-}
-
-/// What a second signal asks for, whatever the loop is waiting for.
-#[expect(clippy::exit, reason = "nothing else may be waited for")]
-fn end_at_once(stop: Stop) {
-    out::note("ended at once: the robot may not have been told to hold");
-    std::process::exit(Verdict::Stopped(stop).exit_code().into());
 }
 
 /// Progress over the episodes, on standard error, where that is a terminal.

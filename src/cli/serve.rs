@@ -4,16 +4,17 @@ use std::path::PathBuf;
 
 use tokio::sync::mpsc;
 
+use super::begin::{join_bus, listen, on_runtime, read_run};
 use super::out::Stream;
 use super::reports::ServeReport;
-use super::run::{SHUTDOWN_MAX, Teller, WORKERS, listen};
+use super::run::Teller;
 use super::services::ServiceArgs;
 use super::task::told;
 use super::{Failure, out};
 use crate::messages::{TaskState, TaskStatus, Verdict};
 use crate::metrics::EpisodeReport;
 use crate::run::{PreparedRun, RunConfig, ServeNews, ServeOptions, load_run, serve};
-use crate::transport::{Bus, BusConfig, EventReader};
+use crate::transport::EventReader;
 
 /// News that wait to be told, at most.
 const NEWS_MAX: usize = 1024;
@@ -51,24 +52,13 @@ pub(super) fn run(args: &Args) -> Result<u8, Failure> {
     let mut config = load_run(&args.config, &sets)?;
     config.seed = args.seed.unwrap_or(config.seed);
     config.run = args.run.clone().or(config.run);
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(WORKERS)
-        .enable_all()
-        .build()
-        .map_err(Failure::internal)?;
-    let ended = runtime.block_on(served(args, config));
-    runtime.shutdown_timeout(SHUTDOWN_MAX);
-    ended
+    on_runtime(served(args, config))
 }
 
 async fn served(args: &Args, config: RunConfig) -> Result<u8, Failure> {
-    let stop = listen().map_err(Failure::internal)?;
-    let prepared = PreparedRun::read(config, args.data.as_deref())?;
-    for warning in &prepared.folder.warnings {
-        tracing::warn!(warning, "domain.pddl");
-    }
-    let bus = BusConfig::for_run(prepared.config.run_name());
-    let bus = tokio::task::block_in_place(|| Bus::open(&bus))?;
+    let mut stop = listen().map_err(Failure::internal)?;
+    let prepared = read_run(config, args.data.clone(), &mut stop).await?;
+    let bus = join_bus(&prepared, &mut stop).await?;
     let mut events = EventReader::open(&bus)?;
     let mut desk = Newsroom::new(args, &prepared, bus.run());
     let (news, mut heard) = mpsc::channel(NEWS_MAX);

@@ -46,7 +46,7 @@ pub use run_file::{
 pub(crate) use schema::{file_schema, schema_with_parts};
 pub use schema::{run_file_schema, run_schema};
 pub use self_check::CameraCheck;
-pub use service::{ServeNews, ServeOptions, serve};
+pub use service::{ServeNews, ServeOptions, serve, told_to_stop};
 pub use still_image::{StillImageParts, StillImageReader};
 pub use task_queue::ServeConfig;
 pub use wiring::PreparedRun;

@@ -214,7 +214,7 @@ fn outcome(
 }
 
 /// Waits until somebody says stop; for ever when nobody is left who could.
-async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
+pub async fn told_to_stop(stop: &mut watch::Receiver<Option<Stop>>) -> Stop {
     let why = stop.wait_for(Option::is_some).await.ok().and_then(|why| *why);
     match why {
         Some(why) => why,

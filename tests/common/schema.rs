@@ -37,6 +37,18 @@ fn close(schema: &mut Value) {
     }
 }
 
+/// What a part of a schema stands for: references followed, and "or null" left out.
+pub fn resolved<'a>(root: &'a Value, mut schema: &'a Value) -> &'a Value {
+    while let Some(inner) = schema["anyOf"]
+        .as_array()
+        .and_then(|branches| branches.iter().find(|branch| branch["type"] != "null"))
+        .or_else(|| root.pointer(schema["$ref"].as_str()?.strip_prefix('#')?))
+    {
+        schema = inner;
+    }
+    schema
+}
+
 /// Every object in a schema that has keys, by the place where it stands.
 pub fn structs(schema: &Value) -> Vec<&Map<String, Value>> {
     let mut found = Vec::new();

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use crate::common::project;
+use crate::common::schema::resolved;
 use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
 
@@ -122,17 +123,6 @@ impl<'a> Keys<'a> {
         keys.found
     }
 
-    fn resolve(&self, mut schema: &'a Value) -> &'a Value {
-        while let Some(inner) = schema["anyOf"]
-            .as_array()
-            .and_then(|branches| branches.iter().find(|branch| branch["type"] != "null"))
-            .or_else(|| self.root.pointer(schema["$ref"].as_str()?.strip_prefix('#')?))
-        {
-            schema = inner;
-        }
-        schema
-    }
-
     fn table(&mut self, schema: &'a Value, name: &str) {
         for (key, property) in schema["properties"].as_object().into_iter().flatten() {
             let name = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
@@ -147,11 +137,11 @@ impl<'a> Keys<'a> {
                 | Value::Object(_) => Has::Value,
             };
             self.found.insert(name.clone(), has);
-            let inner = self.resolve(property);
-            let items = self.resolve(&inner["items"]);
+            let inner = resolved(self.root, property);
+            let items = resolved(self.root, &inner["items"]);
             self.table(if items.is_null() { inner } else { items }, &name);
             // Tables by names of one's own stand in the defaults as that of NAME.
-            let named = self.resolve(&inner["additionalProperties"]);
+            let named = resolved(self.root, &inner["additionalProperties"]);
             if named["properties"].is_object() {
                 self.found.insert(format!("{name}.NAME"), Has::None);
                 self.table(named, &format!("{name}.NAME"));
@@ -163,7 +153,7 @@ impl<'a> Keys<'a> {
             let role = if name == "perception" { key.as_str() } else { name };
             for options in rule["then"]["properties"].as_object().into_iter().flatten() {
                 let within = format!("options.{role}.{}", part["const"].as_str().unwrap());
-                self.table(self.resolve(options.1), &within);
+                self.table(resolved(self.root, options.1), &within);
             }
         }
     }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::common::project;
+use crate::common::schema::resolved;
 use groundloop::run::{HardwarePorts, RunConfig, load_run, run_schema};
 use serde_json::Value;
 
@@ -25,26 +26,15 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    fn resolve<'b>(&'b self, mut schema: &'b Value) -> &'b Value {
-        while let Some(inner) = schema["anyOf"]
-            .as_array()
-            .and_then(|branches| branches.iter().find(|branch| branch["type"] != "null"))
-            .or_else(|| self.root.pointer(schema["$ref"].as_str()?.strip_prefix('#')?))
-        {
-            schema = inner;
-        }
-        schema
-    }
-
     /// The numbers of a table; `set` writes a table's key, such as `limits.{}` or `fault=[{{}}]`.
     fn table(&mut self, schema: &Value, within: &dyn Fn(&str) -> String, part: Option<&str>) {
         for (key, property) in schema["properties"].as_object().into_iter().flatten() {
-            let property = self.resolve(property).clone();
+            let property = resolved(self.root, property).clone();
             let is = |schema: &Value, kind: &str| {
                 let kinds = &schema["type"];
                 kinds == kind || kinds.as_array().is_some_and(|all| all.iter().any(|k| k == kind))
             };
-            let items = self.resolve(&property["items"]).clone();
+            let items = resolved(self.root, &property["items"]).clone();
             let mut add = |value: &str| {
                 let (set, part) = (within(&format!("{key}={value}")), part.map(str::to_owned));
                 let path = set.split_once('=').map(|(path, _)| path.to_owned());
@@ -65,7 +55,7 @@ impl Numbers<'_> {
                 let one = |inner: &str| within(&format!("{key}=[{{{inner}}}]"));
                 self.table(&items, &one, part);
             }
-            let named = self.resolve(&property["additionalProperties"]).clone();
+            let named = resolved(self.root, &property["additionalProperties"]).clone();
             if named["properties"].is_object() {
                 self.table(&named, &|inner| within(&format!("{key}.mine.{inner}")), part);
             }
@@ -75,7 +65,7 @@ impl Numbers<'_> {
                 let chosen = format!("{key}.{kind}={}", name["const"].as_str().unwrap());
                 for (options, inner) in rule["then"]["properties"].as_object().into_iter().flatten()
                 {
-                    let inner = self.resolve(inner).clone();
+                    let inner = resolved(self.root, inner).clone();
                     let at = |option: &str| within(&format!("{key}.{options}.{option}"));
                     self.table(&inner, &at, Some(&chosen));
                 }
